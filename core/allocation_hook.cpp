@@ -74,7 +74,7 @@ int posix_memalign(void** memory, std::size_t alignment, std::size_t size) {
 
 #else
 
-// The array and nothrow forms of the standard library call these two.
+// Sanitizers bring array forms of their own, so those are replaced as well.
 void* operator new(std::size_t size) {
   count();
   if (void* const memory = std::malloc(size == 0 ? 1 : size)) return memory;
@@ -88,7 +88,15 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
   }
   throw std::bad_alloc();
 }
+void* operator new[](std::size_t size) { return operator new(size); }
+void* operator new[](std::size_t size, std::align_val_t alignment) {
+  return operator new(size, alignment);
+}
 void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }

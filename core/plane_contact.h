@@ -83,6 +83,20 @@ struct FingerInBox {
   return std::fabs(across) <= reach[other] && std::fabs(to[other]) < reach[other] ? side : -1;
 }
 
+/// A finger with radius whose centre has gone past the end of its face and below it has rolled
+/// round the corner: it goes on against the neighbouring face, at zero stretch.
+[[nodiscard]] inline int round_corner(FingerBoxContact& contact, const PlaneBox& box,
+                                      const Vec2& p_B) noexcept {
+  const int side = contact.side;
+  const int n = side < 2 ? 0 : 1, t = 1 - n;
+  const double above = ((side & 1) ? -p_B[n] : p_B[n]) - box.half[n];
+  const double beyond = std::fabs(p_B[t]) - box.half[t];
+  if (!(beyond > 0.0) || beyond >= box.finger_radius || above > 0.0) return side;
+  contact.memory.anchor = p_B[n];
+  contact.side = static_cast<std::uint8_t>(2 * t + (p_B[t] < 0.0 ? 1 : 0));
+  return contact.side;
+}
+
 /// Ends a contact and forgets where the finger was: after a jump of the finger or the body (rejoin,
 /// reset). The next tick may find the finger inside and takes the nearest face.
 inline void release(FingerBoxContact& contact) noexcept { contact = {}; }
@@ -117,6 +131,7 @@ inline void release(FingerBoxContact& contact) noexcept { contact = {}; }
     if (side < 0) return {};
     contact.side = static_cast<std::uint8_t>(side);
   }
+  if (radius > 0.0) side = round_corner(contact, box, at.p_B);
 
   // Side frame: outward n along one body axis, t along the other; a is the signed direction of n.
   const bool along_x = side < 2;

@@ -30,7 +30,7 @@ bool may_lock_memory() {
 }
 
 RealtimeSetting ask_priority(int priority) {
-  RealtimeSetting setting{.name = "priority", .asked = "SCHED_FIFO " + std::to_string(priority)};
+  RealtimeSetting setting{.name = kPriority, .asked = "SCHED_FIFO " + std::to_string(priority)};
   const sched_param parameters{.sched_priority = priority};
   const int error = pthread_setschedparam(pthread_self(), SCHED_FIFO, &parameters);
   setting.granted = error == 0;
@@ -44,7 +44,7 @@ RealtimeSetting ask_priority(int priority) {
 }
 
 RealtimeSetting ask_memory_lock() {
-  RealtimeSetting setting{.name = "memory lock", .asked = "all pages, now and later"};
+  RealtimeSetting setting{.name = kMemoryLock, .asked = "all pages, now and later"};
   // Under a finite limit mlockall may succeed now and make a later allocation or thread fail:
   // worse than not locking.
   if (!may_lock_memory()) {
@@ -62,7 +62,7 @@ RealtimeSetting ask_memory_lock() {
 }
 
 RealtimeSetting ask_affinity(int cpu) {
-  RealtimeSetting setting{.name = "affinity", .asked = "processor " + std::to_string(cpu)};
+  RealtimeSetting setting{.name = kAffinity, .asked = "processor " + std::to_string(cpu)};
   if (cpu < 0 || cpu >= CPU_SETSIZE) {
     setting.refusal = words_of(EINVAL);
   } else {
@@ -82,7 +82,7 @@ RealtimeSetting ask_affinity(int cpu) {
 }
 
 RealtimeSetting ask_timer_slack(std::int64_t slack_ns) {
-  RealtimeSetting setting{.name = "timer slack", .asked = std::to_string(slack_ns) + " ns"};
+  RealtimeSetting setting{.name = kTimerSlack, .asked = std::to_string(slack_ns) + " ns"};
   setting.granted = slack_ns > 0 && prctl(PR_SET_TIMERSLACK, static_cast<unsigned long>(slack_ns),
                                           0ul, 0ul, 0ul) == 0;
   if (!setting.granted) {
@@ -94,7 +94,7 @@ RealtimeSetting ask_timer_slack(std::int64_t slack_ns) {
 
 RealtimeSetting ask_dma_latency(int& descriptor) {
   constexpr const char* kFile = "/dev/cpu_dma_latency";
-  RealtimeSetting setting{.name = "cpu dma latency", .asked = "0 us"};
+  RealtimeSetting setting{.name = kCpuDmaLatency, .asked = "0 us"};
   const std::int32_t microseconds = 0;
   descriptor = open(kFile, O_WRONLY | O_CLOEXEC);
   if (descriptor >= 0 && write(descriptor, &microseconds, sizeof(microseconds)) ==

@@ -18,6 +18,19 @@ struct RealtimeRequest {
   bool hold_cpu_dma_latency = true;  ///< keep processors out of deep sleep, whole machine
 };
 
+/// How long before its deadline a loop stops sleeping and asks the clock instead (the `spin_ns` of
+/// PeriodicSchedule). Sound defaults, measured by `tandem bench wakeup`: a wake-up from light sleep
+/// needs a shorter window than one from deep sleep.
+inline constexpr std::int64_t kSpinLightSleepNs = 50'000;
+inline constexpr std::int64_t kSpinDeepSleepNs = 120'000;
+
+/// Names of the settings, as in the report.
+inline constexpr const char* kPriority = "priority";
+inline constexpr const char* kMemoryLock = "memory lock";
+inline constexpr const char* kAffinity = "affinity";
+inline constexpr const char* kTimerSlack = "timer slack";
+inline constexpr const char* kCpuDmaLatency = "cpu dma latency";
+
 /// One thing asked for, and what became of it.
 struct RealtimeSetting {
   std::string name{};   ///< "priority"
@@ -47,6 +60,10 @@ class RealtimeGrant {
   [[nodiscard]] bool all_granted() const;
   /// Whether this one was asked for and granted.
   [[nodiscard]] bool granted(const std::string& name) const;
+  /// The spin window that suits what was granted [ns].
+  [[nodiscard]] std::int64_t default_spin_ns() const {
+    return granted(kCpuDmaLatency) ? kSpinLightSleepNs : kSpinDeepSleepNs;
+  }
   /// One line each: "real-time: asked priority SCHED_FIFO 80: granted", or "... not granted:
   /// Operation not permitted; to get it: ...". Empty when nothing was asked for.
   [[nodiscard]] std::string report() const;

@@ -1,0 +1,116 @@
+#pragma once
+
+#include <cmath>
+#include <vector>
+
+#include "analysis/symmetry.h"
+#include "core/random.h"
+
+namespace tandem::analysis {
+
+struct GrowthOptions {
+  int periods = 12000;
+  int fit_from = 6000;
+  std::uint64_t seed = 1;
+  /// Size of the deviation from rest. 1 where the loop is linear; small (1e-6) where it is linear
+  /// only near rest, as a planar loop with attached couplers is.
+  double amplitude = 1.0;
+};
+
+struct Growth {
+  double per_packet = 0.0;           ///< factor by which a deviation grows in a packet period
+  int states = 0;                    ///< packets in flight included
+  std::vector<std::string> removed;  ///< symmetries found and subtracted
+};
+
+namespace detail {
+
+template <typename Loop>
+void set_deviation(Loop& loop, const std::vector<double>& reference, const std::vector<double>& d,
+                   double amplitude) {
+  auto entries = states_of(loop);
+  for (std::size_t i = 0; i < entries.size(); ++i)
+    *entries[i].value = reference[i] + amplitude * d[i];
+}
+
+template <typename Loop>
+void get_deviation(Loop& loop, const std::vector<double>& reference, std::vector<double>& d,
+                   double amplitude) {
+  const auto entries = states_of(loop);
+  for (std::size_t i = 0; i < entries.size(); ++i)
+    d[i] = (*entries[i].value - reference[i]) / amplitude;
+}
+
+[[nodiscard]] inline double norm_of(const std::vector<double>& d) {
+  double sum = 0.0;
+  for (const double x : d) sum += x * x;
+  return std::sqrt(sum);
+}
+
+}  // namespace detail
+
+/// The symmetries among the candidates that the loop really keeps over one packet period; a wall
+/// or a spring to the ground breaks them, and then nothing is removed.
+template <typename Loop>
+[[nodiscard]] std::vector<Symmetry> kept_symmetries(const Loop& at_rest,
+                                                    const std::vector<double>& reference,
+                                                    double amplitude) {
+  Loop probe = at_rest;
+  const auto entries = states_of(probe);
+  std::vector<Symmetry> kept;
+  for (Symmetry& s : candidate_symmetries(entries, reference)) {
+    Loop moved = at_rest;
+    detail::set_deviation(moved, reference, s.direction, amplitude);
+    moved.advance_packet_period();
+    std::vector<double> after(entries.size());
+    detail::get_deviation(moved, reference, after, amplitude);
+    for (std::size_t i = 0; i < after.size(); ++i) after[i] -= s.direction[i];
+    if (detail::norm_of(after) < 1e-4 * detail::norm_of(s.direction)) kept.push_back(s);
+  }
+  return kept;
+}
+
+/// How fast a deviation from rest grows, measured on the running loop: a seeded random deviation of
+/// every state, packets in flight included; after each packet period the common motions are
+/// subtracted and the rest is scaled to norm one, the logarithm of the scale summed up. The answer
+/// is exp of the least-squares slope of that sum over periods fit_from .. periods.
+/// `loop` must be at rest; it is run 64 periods first so that its links are full.
+template <typename Loop>
+[[nodiscard]] Growth measure_growth(Loop loop, const GrowthOptions& options) {
+  for (int i = 0; i < 64; ++i) loop.advance_packet_period();
+  std::vector<double> reference;
+  for (const StateEntry& e : states_of(loop)) reference.push_back(*e.value);
+  const auto symmetries = kept_symmetries(loop, reference, options.amplitude);
+
+  core::Random random(options.seed);
+  std::vector<double> d(reference.size());
+  for (double& x : d) x = random.normal();
+
+  Growth growth;
+  growth.states = static_cast<int>(d.size());
+  for (const Symmetry& s : symmetries) growth.removed.push_back(s.name);
+  double sum = 0.0;
+  double n = 0.0, mean_x = 0.0, mean_y = 0.0, sxx = 0.0, sxy = 0.0;
+  for (int period = 0; period <= options.periods; ++period) {
+    for (const Symmetry& s : symmetries) remove(s, d);
+    const double norm = detail::norm_of(d);
+    if (!(norm > 0.0)) return growth;  // everything died out: growth 0
+    sum += std::log(norm);
+    for (double& x : d) x /= norm;
+    if (period >= options.fit_from) {  // running least squares (Welford)
+      n += 1.0;
+      const double dx = period - mean_x;
+      mean_x += dx / n;
+      mean_y += (sum - mean_y) / n;
+      sxx += dx * (period - mean_x);
+      sxy += dx * (sum - mean_y);
+    }
+    detail::set_deviation(loop, reference, d, options.amplitude);
+    loop.advance_packet_period();
+    detail::get_deviation(loop, reference, d, options.amplitude);
+  }
+  growth.per_packet = std::exp(sxy / sxx);
+  return growth;
+}
+
+}  // namespace tandem::analysis

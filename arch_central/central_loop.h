@@ -1,0 +1,130 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "arch_central/client_law.h"
+#include "arch_central/server_law.h"
+#include "core/hands.h"
+#include "core/modelled_port.h"
+#include "core/network_model.h"
+
+namespace tandem::central {
+
+/// Server, clients, links and hands of the centralized architecture as one discrete map, in virtual
+/// time. A single user is the same loop with one local user and no links (chapter 3).
+template <typename World>
+class CentralLoop {
+ public:
+  using Server = ServerLaw<World>;
+  using Client = ClientLaw<World>;
+  using Vector = typename World::Vector;
+  using Site = core::SiteState<World>;
+  using Reply = core::ServerReply<World>;
+
+  explicit CentralLoop(const core::Scene& scene, const core::NetworkModel& network = {})
+      : users_(static_cast<int>(scene.users.size())), T_(scene.tick()),
+        ticks_per_packet_(scene.ticks_per_packet()), phase_(network.phase_ticks), hands_(scene),
+        server_(scene) {
+    constexpr int kServer = core::NetworkModel::kServer;
+    for (int u = 0; u < users_; ++u) {
+      clients_.emplace_back(scene, u);
+      up_.emplace_back(network.link[u][kServer]);
+      down_.emplace_back(network.link[kServer][u]);
+    }
+    outputs_.resize(clients_.size());
+  }
+
+  /// One tick: hands, clients' packets, server, its replies, clients, hands.
+  void tick() noexcept {
+    typename Server::Inputs inputs;
+    for (int u = 0; u < users_; ++u) {
+      const auto hand = hands_.sample(u);
+      if (server_.is_local(u)) {
+        server_.observe(u, hand);
+        continue;
+      }
+      const Site& site = clients_[u].observe(hand);
+      if (is_packet_slot(u)) up_[u].push(site, slot_);
+      inputs.fresh[u] = up_[u].receive(slot_);
+      inputs.age[u] = static_cast<double>(up_[u].age(slot_)) * T_;
+    }
+    server_.tick(slot_, inputs);
+    for (int u = 0; u < users_; ++u) {
+      if (server_.is_local(u)) {
+        outputs_[u] = server_.output(u);
+      } else {
+        if (is_packet_slot(core::NetworkModel::kServer)) down_[u].push(server_.reply(u), slot_);
+        outputs_[u] = clients_[u].tick(slot_, down_[u].receive(slot_));
+      }
+      hands_.step(u, outputs_[u], slot_);
+    }
+    ++slot_;
+  }
+
+  void advance_packet_period() noexcept {
+    for (int k = 0; k < ticks_per_packet_; ++k) tick();
+  }
+
+  /// The states in order: hands, server, held forces, packets in flight.
+  template <typename Visitor>
+  void visit_state(Visitor&& visitor) {
+    hands_.visit_state(visitor);
+    server_.visit_state(visitor);
+    for (int u = 0; u < users_; ++u) {
+      if (server_.is_local(u)) continue;
+      const core::SiteCounts fingers{clients_[u].counts().fingers, 0};
+      clients_[u].visit_state(visitor);
+      up_[u].link().visit_in_flight([&](Site& s) { core::visit_site(s, fingers, visitor); });
+      down_[u].link().visit_in_flight([&](Reply& r) { core::visit_reply(r, fingers, visitor); });
+    }
+  }
+
+  [[nodiscard]] std::int64_t slot() const noexcept { return slot_; }
+  [[nodiscard]] double time() const noexcept { return static_cast<double>(slot_) * T_; }
+  [[nodiscard]] int user_count() const noexcept { return users_; }
+  [[nodiscard]] int ticks_per_packet() const noexcept { return ticks_per_packet_; }
+  [[nodiscard]] core::Hands<Vector>& hands() noexcept { return hands_; }
+  [[nodiscard]] const core::Hands<Vector>& hands() const noexcept { return hands_; }
+  [[nodiscard]] const Server& server() const noexcept { return server_; }
+  [[nodiscard]] const Client& client(int user) const noexcept { return clients_[user]; }
+  [[nodiscard]] const typename World::Body& object(int, int o) const noexcept {
+    return server_.object(o);
+  }
+  [[nodiscard]] const typename World::Wrench& user_wrench(int user, int o) const noexcept {
+    return server_.user_wrench(user, o);
+  }
+  [[nodiscard]] const core::FingerOutput<Vector>& output(int user) const noexcept {
+    return outputs_[user];
+  }
+  [[nodiscard]] std::int64_t packets_sent() const noexcept {
+    std::int64_t sum = 0;
+    for (int u = 0; u < users_; ++u)
+      sum += static_cast<std::int64_t>(up_[u].link().sent() + down_[u].link().sent());
+    return sum;
+  }
+  [[nodiscard]] std::int64_t packets_accepted() const noexcept {
+    std::int64_t sum = 0;
+    for (int u = 0; u < users_; ++u) sum += up_[u].accepted() + down_[u].accepted();
+    return sum;
+  }
+
+ private:
+  [[nodiscard]] bool is_packet_slot(int site) const noexcept {
+    return (slot_ - phase_[site]) % ticks_per_packet_ == 0;
+  }
+
+  int users_ = 0;
+  double T_ = 0.0;
+  int ticks_per_packet_ = 1;
+  std::array<int, core::kMaxUsers + 1> phase_{};
+  std::int64_t slot_ = 0;
+  core::Hands<Vector> hands_;
+  Server server_;
+  std::vector<Client> clients_;
+  std::vector<core::ModelledPort<Site>> up_;
+  std::vector<core::ModelledPort<Reply>> down_;
+  std::vector<core::FingerOutput<Vector>> outputs_;
+};
+
+}  // namespace tandem::central

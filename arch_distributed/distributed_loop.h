@@ -1,0 +1,112 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "arch_distributed/replica_law.h"
+#include "core/hands.h"
+#include "core/modelled_port.h"
+#include "core/network_model.h"
+
+namespace tandem::distributed {
+
+/// All replicas of a session closed over modelled links and simulated hands: the whole session as
+/// one discrete map, in virtual time, bit for bit repeatable. Copying a loop copies the session.
+template <typename World>
+class DistributedLoop {
+ public:
+  using Law = ReplicaLaw<World>;
+  using Vector = typename World::Vector;
+  using Site = core::SiteState<World>;
+
+  explicit DistributedLoop(const core::Scene& scene, const core::NetworkModel& network = {})
+      : users_(static_cast<int>(scene.users.size())), T_(scene.tick()),
+        ticks_per_packet_(scene.ticks_per_packet()), phase_(network.phase_ticks), hands_(scene) {
+    for (int i = 0; i < users_; ++i) {
+      laws_.emplace_back(scene, i);
+      for (int j = 0; j < users_; ++j) ports_.emplace_back(network.link[i][j]);
+    }
+    outputs_.resize(laws_.size());
+  }
+
+  /// One tick of every site: sample, send, receive, law, hand.
+  void tick() noexcept {
+    for (int i = 0; i < users_; ++i) {
+      const Site& site = laws_[i].observe(hands_.sample(i));
+      if ((slot_ - phase_[i]) % ticks_per_packet_ != 0) continue;
+      for (int j = 0; j < users_; ++j)
+        if (j != i) port(i, j).push(site, slot_);
+    }
+    for (int i = 0; i < users_; ++i) {
+      typename Law::Inputs inputs;
+      for (int j = 0; j < users_; ++j) {
+        if (j == i) continue;
+        inputs.fresh[j] = port(j, i).receive(slot_);
+        inputs.age[j] = static_cast<double>(port(j, i).age(slot_)) * T_;
+      }
+      outputs_[i] = laws_[i].tick(slot_, inputs);
+    }
+    for (int i = 0; i < users_; ++i) hands_.step(i, outputs_[i], slot_);
+    ++slot_;
+  }
+
+  void advance_packet_period() noexcept {
+    for (int k = 0; k < ticks_per_packet_; ++k) tick();
+  }
+
+  /// The states in order: hands, sites, packets in flight.
+  template <typename Visitor>
+  void visit_state(Visitor&& visitor) {
+    hands_.visit_state(visitor);
+    for (Law& law : laws_) law.visit_state(visitor);
+    for (int i = 0; i < users_; ++i)
+      for (int j = 0; j < users_; ++j)
+        port(i, j).link().visit_in_flight(
+            [&](Site& site) { core::visit_site(site, laws_[i].counts(i), visitor); });
+  }
+
+  [[nodiscard]] std::int64_t slot() const noexcept { return slot_; }
+  [[nodiscard]] double time() const noexcept { return static_cast<double>(slot_) * T_; }
+  [[nodiscard]] int user_count() const noexcept { return users_; }
+  [[nodiscard]] int ticks_per_packet() const noexcept { return ticks_per_packet_; }
+  [[nodiscard]] core::Hands<Vector>& hands() noexcept { return hands_; }
+  [[nodiscard]] const core::Hands<Vector>& hands() const noexcept { return hands_; }
+  [[nodiscard]] const Law& law(int user) const noexcept { return laws_[user]; }
+  /// The copy of object `o` that this user's fingers touch.
+  [[nodiscard]] const typename World::Body& object(int user, int o) const noexcept {
+    return laws_[user].object(o);
+  }
+  [[nodiscard]] const typename World::Wrench& user_wrench(int user, int o) const noexcept {
+    return laws_[user].own_wrench(o);
+  }
+  [[nodiscard]] const core::FingerOutput<Vector>& output(int user) const noexcept {
+    return outputs_[user];
+  }
+  [[nodiscard]] std::int64_t packets_sent() const noexcept {
+    std::int64_t sum = 0;
+    for (const auto& p : ports_) sum += static_cast<std::int64_t>(p.link().sent());
+    return sum;
+  }
+  [[nodiscard]] std::int64_t packets_accepted() const noexcept {
+    std::int64_t sum = 0;
+    for (const auto& p : ports_) sum += p.accepted();
+    return sum;
+  }
+
+ private:
+  [[nodiscard]] core::ModelledPort<Site>& port(int from, int to) noexcept {
+    return ports_[from * users_ + to];
+  }
+
+  int users_ = 0;
+  double T_ = 0.0;
+  int ticks_per_packet_ = 1;
+  std::array<int, core::kMaxUsers + 1> phase_{};
+  std::int64_t slot_ = 0;
+  core::Hands<Vector> hands_;
+  std::vector<Law> laws_;
+  std::vector<core::ModelledPort<Site>> ports_;
+  std::vector<core::FingerOutput<Vector>> outputs_;
+};
+
+}  // namespace tandem::distributed

@@ -1,0 +1,256 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/delay_line.h"
+#include "core/finger_output.h"
+#include "core/presence.h"
+#include "core/reconstruction.h"
+#include "core/site_state.h"
+
+namespace tandem::distributed {
+
+/// What a replica is given in one tick beside its own hand.
+template <typename World>
+struct ReplicaInputs {
+  /// Packet of each user accepted since the last tick, nullptr if none; own entry unused.
+  std::array<const core::SiteState<World>*, core::kMaxUsers> fresh{};
+  /// Age of each user's newest accepted sample at this slot [s].
+  std::array<double, core::kMaxUsers> age{};
+};
+
+/// One workstation of the distributed architecture (thesis 4.1.2, Fig 4.4, eq 4.28 without the
+/// mirrored axis): its own copy of every object, its own hand, and the hands and copies of the
+/// others as they come by packet. Copy i feels
+///   K_ii (h_i - o_i) + sum_j K_ij (h_j - o_i) + sum_j K_oi (o_j - o_i)
+/// with h_j, o_j reconstructed from packets; hand i feels -K_ii (h_i - o_i).
+/// In the split kind copies carry m/N and the scene has no K_ij.
+///
+/// A tick: `observe` the hand, send its result if the slot is a packet slot, then `tick`. Before
+/// the first packet of a peer its held sample is the scene's initial state.
+/// Trivially copyable; `tick` allocates, locks and throws nothing.
+template <typename World>
+class ReplicaLaw {
+ public:
+  using Vector = typename World::Vector;
+  using Body = typename World::Body;
+  using Site = core::SiteState<World>;
+  using Inputs = ReplicaInputs<World>;
+  using Output = core::FingerOutput<Vector>;
+
+  ReplicaLaw() noexcept = default;
+  ReplicaLaw(const core::Scene& scene, int user) noexcept;
+
+  /// Takes this slot's device sample; returns what to send if this is a packet slot.
+  const Site& observe(const core::HandSample<Vector>& hand) noexcept;
+
+  [[nodiscard]] Output tick(std::int64_t slot, const Inputs& inputs) noexcept;
+
+  [[nodiscard]] const Site& site() const noexcept { return own_; }
+  [[nodiscard]] const Body& object(int o) const noexcept { return own_.objects[o]; }
+  [[nodiscard]] const Site& held(int peer) const noexcept { return peers_[peer].held; }
+  [[nodiscard]] double peer_gain(int peer) const noexcept { return peers_[peer].presence.gain(); }
+  [[nodiscard]] int user() const noexcept { return user_; }
+  [[nodiscard]] int user_count() const noexcept { return user_count_; }
+  [[nodiscard]] core::SiteCounts counts(int user) const noexcept {
+    return {finger_counts_[user], world_.object_count()};
+  }
+  /// Force by the user's own fingers on its own copy of object `o` in the last tick.
+  [[nodiscard]] const typename World::Wrench& own_wrench(int o) const noexcept {
+    return own_wrench_[o];
+  }
+
+  /// The states in order: own objects, held samples of the peers, delayed forces.
+  template <typename Visitor>
+  void visit_state(Visitor&& visitor) {
+    for (int o = 0; o < world_.object_count(); ++o) World::visit_body(own_.objects[o], visitor);
+    for (int j = 0; j < user_count_; ++j)
+      if (j != user_) core::visit_site(peers_[j].held, counts(j), visitor);
+    latency_.visit_state(counts(user_), visitor);
+  }
+
+ private:
+  using Grasp = typename World::Grasp;
+  using Wrench = typename World::Wrench;
+  using Contact = typename World::Contact;
+  using Objects = std::array<Wrench, core::kMaxObjects>;
+
+  struct Peer {
+    core::Presence presence;
+    Site held{};
+    core::Advance advance{};
+    std::array<Body, core::kMaxObjects> seat{};  ///< stretch at the last (re)join
+  };
+
+  void accept(std::int64_t slot, const Inputs& inputs) noexcept;
+  [[nodiscard]] Wrench own_hand(int o, const typename World::Placed& object,
+                                Output& output) noexcept;
+  [[nodiscard]] Wrench remote_hand(int user, int o, const typename World::Placed& object) noexcept;
+  [[nodiscard]] Wrench coordinate(const Peer& peer, int o) noexcept;
+  void account(const Objects& network, const std::array<Body, core::kMaxObjects>& before) noexcept;
+
+  World world_{};
+  core::ReconstructionParameters reconstruction_{};
+  int user_ = 0, user_count_ = 0;
+  std::array<int, core::kMaxUsers> finger_counts_{};
+
+  std::array<std::array<std::array<Grasp, core::kMaxObjects>, core::kMaxFingers>, core::kMaxUsers>
+      grasps_{};
+  std::array<typename World::Coordination, core::kMaxObjects> coordination_{};
+
+  core::FingerStages<Vector> stages_{};
+  Site own_{};
+  std::array<Peer, core::kMaxUsers> peers_{};
+  std::array<std::array<std::array<Contact, core::kMaxObjects>, core::kMaxFingers>,
+             core::kMaxUsers>
+      contacts_{};
+  std::array<typename World::ObjectWalls, core::kMaxObjects> object_walls_{};
+  std::array<typename World::FingerWalls, core::kMaxFingers> finger_walls_{};
+  core::Latency<Vector, Wrench> latency_{};
+  Objects own_wrench_{};
+};
+
+template <typename World>
+ReplicaLaw<World>::ReplicaLaw(const core::Scene& scene, int user) noexcept
+    : world_(scene, scene.architecture == core::Architecture::kDistributedSplit
+                        ? 1.0 / static_cast<double>(scene.users.size())
+                        : 1.0),
+      reconstruction_(scene.reconstruction), user_(user),
+      user_count_(static_cast<int>(scene.users.size())),
+      stages_(scene, user), latency_(scene.rates.latency_ticks) {
+  for (int j = 0; j < user_count_; ++j) {
+    const core::UserParameters& other = scene.users[j];
+    finger_counts_[j] = static_cast<int>(other.fingers.size());
+    Peer& peer = peers_[j];
+    peer.presence = core::Presence(scene.silence, scene.tick());
+    for (int f = 0; f < finger_counts_[j]; ++f)
+      peer.held.fingers[f].p = core::from_vec3<Vector>(other.fingers[f].position);
+    for (int o = 0; o < world_.object_count(); ++o)
+      peer.held.objects[o] = World::initial_body(scene.objects[o]);
+  }
+  own_ = peers_[user].held;
+
+  for (const core::CouplerParameters& coupler : scene.couplers) {
+    if (coupler.copy != scene.users[user].name) continue;
+    const int o = core::index_of(scene.objects, coupler.object);
+    if (o < 0) continue;
+    if (coupler.user.empty()) {
+      coordination_[o] = World::coordination(coupler);
+      continue;
+    }
+    const int j = core::index_of(scene.users, coupler.user);
+    if (j < 0) continue;
+    for (int f = 0; f < finger_counts_[j]; ++f)
+      grasps_[j][f][o] = World::grasp(scene, coupler, scene.users[j].fingers[f], scene.objects[o],
+                                      scene.users[j].mass, j == user);
+  }
+}
+
+template <typename World>
+auto ReplicaLaw<World>::observe(const core::HandSample<Vector>& hand) noexcept -> const Site& {
+  stages_.observe(hand, finger_counts_[user_], own_.fingers);
+  return own_;
+}
+
+template <typename World>
+auto ReplicaLaw<World>::tick(std::int64_t slot, const Inputs& inputs) noexcept -> Output {
+  accept(slot, inputs);
+
+  Output output;
+  own_.contact_bits = 0;
+  Objects network{};
+  const auto before = own_.objects;
+  for (int o = 0; o < world_.object_count(); ++o) {
+    const typename World::Placed placed = World::place(own_.objects[o]);
+    own_wrench_[o] = own_hand(o, placed, output);
+    for (int j = 0; j < user_count_; ++j) {
+      const Peer& peer = peers_[j];
+      if (j == user_ || peer.presence.silent()) continue;
+      network[o] += World::scaled(remote_hand(j, o, placed) + coordinate(peer, o),
+                                  peer.presence.gain());
+    }
+    Wrench wrench = latency_.delayed(o, own_wrench_[o] + network[o]);
+    if (world_.has_walls()) wrench += world_.walls_on_object(o, object_walls_[o], placed);
+    own_.objects[o] = world_.step(o, own_.objects[o], wrench);
+  }
+  if (world_.has_walls())
+    for (int f = 0; f < finger_counts_[user_]; ++f)
+      output.forces[f] += world_.walls_on_finger(finger_walls_[f], own_.fingers[f]);
+  account(network, before);
+
+  latency_.delay(output, finger_counts_[user_]);
+  stages_.guard(output, finger_counts_[user_]);
+  return output;
+}
+
+template <typename World>
+void ReplicaLaw<World>::accept(std::int64_t slot, const Inputs& inputs) noexcept {
+  for (int j = 0; j < user_count_; ++j) {
+    if (j == user_) continue;
+    Peer& peer = peers_[j];
+    const bool fresh = inputs.fresh[j] != nullptr;
+    if (fresh) peer.held = *inputs.fresh[j];
+    peer.advance = core::advance_by_age(reconstruction_, inputs.age[j]);
+    if (!peer.presence.update(fresh, slot)) continue;
+    for (int o = 0; o < world_.object_count(); ++o)
+      peer.seat[o] = World::difference(World::advance(peer.held.objects[o], peer.advance),
+                                       own_.objects[o]);
+    for (int f = 0; f < finger_counts_[j]; ++f)
+      for (int o = 0; o < world_.object_count(); ++o) contacts_[j][f][o] = Contact{};
+  }
+}
+
+template <typename World>
+auto ReplicaLaw<World>::own_hand(int o, const typename World::Placed& object,
+                                 Output& output) noexcept -> Wrench {
+  Wrench wrench{};
+  for (int f = 0; f < finger_counts_[user_]; ++f) {
+    const Grasp& grasp = grasps_[user_][f][o];
+    if (!grasp.present) continue;
+    Contact& contact = contacts_[user_][f][o];
+    const auto touch = world_.touch(o, contact, grasp, own_.fingers[f], object);
+    output.forces[f] += touch.on_finger;
+    wrench += touch.on_body;
+    own_.contact_bits |= World::contact_bits(contact) << (4 * f);
+  }
+  return wrench;
+}
+
+template <typename World>
+auto ReplicaLaw<World>::remote_hand(int user, int o,
+                                    const typename World::Placed& object) noexcept -> Wrench {
+  const Peer& peer = peers_[user];
+  Wrench wrench{};
+  for (int f = 0; f < finger_counts_[user]; ++f) {
+    const Grasp& grasp = grasps_[user][f][o];
+    if (!grasp.present) continue;
+    const core::FingerSample<Vector>& held = peer.held.fingers[f];
+    const core::FingerSample<Vector> finger{held.p + held.v * peer.advance.time,
+                                            held.v * peer.advance.keep};
+    wrench += world_.touch(o, contacts_[user][f][o], grasp, finger, object).on_body;
+  }
+  return wrench;
+}
+
+template <typename World>
+auto ReplicaLaw<World>::coordinate(const Peer& peer, int o) noexcept -> Wrench {
+  if (!coordination_[o].present) return {};
+  Body other = World::advance(peer.held.objects[o], peer.advance);
+  if (const double gain = peer.presence.gain(); gain < 1.0)
+    other = World::moved_back(other, peer.seat[o], 1.0 - gain);
+  return World::coordinate(coordination_[o], own_.objects[o], other);
+}
+
+/// Energy over the network port by exact increments (force held while the copy moved), in two
+/// counters that only grow, so that lost packets lose nothing.
+template <typename World>
+void ReplicaLaw<World>::account(const Objects& network,
+                                const std::array<Body, core::kMaxObjects>& before) noexcept {
+  for (int o = 0; o < world_.object_count(); ++o) {
+    const double work = World::work(network[o], before[o], own_.objects[o]);
+    (work > 0.0 ? own_.energy_out : own_.energy_in) += work > 0.0 ? work : -work;
+  }
+}
+
+}  // namespace tandem::distributed

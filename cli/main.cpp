@@ -1,0 +1,45 @@
+#include <cstdio>
+#include <exception>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/commands.h"
+#include "scene/scene_error.h"
+
+namespace {
+
+/// Exit codes: 0 done, 1 a check failed or a run ended badly, 2 wrong scene or arguments.
+constexpr int kFailed = 1;
+constexpr int kWrongInput = 2;
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Tandem: several people hold and move the same virtual object, each with a force-feedback\n"
+      "device at their own workstation.\n\n"
+      "First steps:  tandem demo            two users move one box, as processes over UDP\n"
+      "              tandem scene list      the scenes that come with the program\n"
+      "              tandem simulate --scene box_distributed --seconds 60\n"};
+  app.require_subcommand(1);
+  app.set_version_flag("--version", tandem::cli::version_text());
+  app.fallthrough(false);
+  tandem::cli::add_all(app);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& e) {
+    const int code = app.exit(e);
+    return code == 0 ? 0 : kWrongInput;
+  } catch (const tandem::scene::SceneError& e) {
+    std::fprintf(stderr, "%s\n", e.what());
+    return kWrongInput;
+  } catch (const tandem::cli::Failed& e) {
+    if (e.what()[0] != '\0') std::fprintf(stderr, "%s\n", e.what());
+    return kFailed;
+  } catch (const std::exception& e) {
+    std::fprintf(stderr, "tandem: %s\n", e.what());
+    return kFailed;
+  }
+  return 0;
+}

@@ -1,0 +1,60 @@
+#include "cli/options.h"
+
+#include <cerrno>
+#include <cmath>
+#include <cstdio>
+#include <cstring>
+
+#include "cli/commands.h"
+#include "scene/load_scene.h"
+
+namespace tandem::cli {
+
+void SceneOption::add(CLI::App& command, const std::string& default_scene) {
+  scene = default_scene;
+  auto* option = command.add_option("--scene", scene,
+                                    "scene: a name (`tandem scene list`) or a file");
+  if (default_scene.empty())
+    option->required();
+  else
+    option->capture_default_str();
+  command
+      .add_option("--set", sets,
+                  "change one field, PATH=VALUE; entries go by name: coupler.k11.stiffness=800")
+      ->take_all()
+      ->allow_extra_args(false);
+}
+
+core::Scene SceneOption::load() const { return scene::load_scene(scene, sets); }
+
+void JsonOption::add(CLI::App& command) {
+  command.add_option("--json", file, "also write the results as one JSON object; - is stdout");
+}
+
+void JsonOption::write(const nlohmann::ordered_json& object) const {
+  if (!wanted()) return;
+  const std::string text = object.dump(2) + "\n";
+  if (to_stdout()) {
+    std::fwrite(text.data(), 1, text.size(), stdout);
+    std::fflush(stdout);
+  } else {
+    write_text(file, text);
+  }
+}
+
+nlohmann::ordered_json number(double value) {
+  if (!std::isfinite(value)) return nullptr;
+  return value;
+}
+
+void write_text(const std::string& file, const std::string& text) {
+  std::FILE* out = std::fopen(file.c_str(), "wb");
+  if (out == nullptr)
+    throw Failed("cannot write " + file + ": " + std::strerror(errno));
+  const bool written = std::fwrite(text.data(), 1, text.size(), out) == text.size();
+  const bool closed = std::fclose(out) == 0;
+  if (!written || !closed)
+    throw Failed("cannot write all of " + file + ": " + std::strerror(errno));
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "core/scene.h"
+
+namespace tandem::cli {
+
+/// `--scene NAME|FILE` and any number of `--set PATH=VALUE`, the same on every command.
+struct SceneOption {
+  std::string scene;
+  std::vector<std::string> sets;
+
+  void add(CLI::App& command, const std::string& default_scene = "");
+  /// The validated scene; throws scene::SceneError.
+  [[nodiscard]] core::Scene load() const;
+};
+
+/// `--json FILE`, where - is standard output (then nothing else is printed there).
+struct JsonOption {
+  std::string file;
+
+  void add(CLI::App& command);
+  [[nodiscard]] bool to_stdout() const { return file == "-"; }
+  [[nodiscard]] bool wanted() const { return !file.empty(); }
+  /// Writes one object; throws Failed when the file cannot be written.
+  void write(const nlohmann::ordered_json& object) const;
+};
+
+/// A number, or null where it is not finite: JSON has no infinity.
+[[nodiscard]] nlohmann::ordered_json number(double value);
+
+/// Writes a whole text file; throws Failed with the reason when it cannot.
+void write_text(const std::string& file, const std::string& text);
+
+}  // namespace tandem::cli

@@ -1,0 +1,188 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "core/axis_state.h"
+#include "core/coulomb.h"
+#include "core/finger_sample.h"
+#include "core/integrate.h"
+#include "core/reconstruction.h"
+#include "core/scene.h"
+
+namespace tandem::core {
+
+/// Physics of an axis scene: hands and objects are points on a line (thesis Figs 3.1, 4.3, 4.4).
+/// One of the three worlds; the laws of arch_central/ and arch_distributed/ are written once over
+/// them. Trivially copyable; built from a validated scene before the session.
+class AxisWorld {
+ public:
+  static constexpr Space kSpace = Space::kAxis;
+  using Vector = double;  ///< of a finger: position, velocity, force
+  using Body = AxisState;
+  using Placed = AxisState;  ///< a body with what all its contacts of a tick share
+  using Wrench = double;
+
+  /// Coupler between one finger and one object.
+  struct Grasp {
+    Gain gain;
+    double offset = 0.0;  ///< rest distance finger minus object [m]
+    double side = 0.0;    ///< 0: attached; +-1: unilateral, the finger pushes towards -side
+    bool present = false;
+  };
+  struct Coordination {
+    Gain gain;
+    bool present = false;
+  };
+  struct Contact {};  ///< an axis contact remembers nothing
+  struct ObjectWalls {};
+  struct FingerWalls {};
+
+  /// Force of a coupler, named by what it acts on; on_finger = -on_body.
+  struct Touch {
+    double on_finger = 0.0;
+    double on_body = 0.0;
+  };
+
+  AxisWorld() noexcept = default;
+  /// `mass_share`: part of each object's mass that this copy carries, 1 or 1/N.
+  AxisWorld(const Scene& scene, double mass_share) noexcept
+      : T_(scene.tick()), integrator_(scene.integrator),
+        object_count_(static_cast<int>(scene.objects.size())),
+        wall_count_(static_cast<int>(scene.walls.size())) {
+    for (int o = 0; o < object_count_; ++o) {
+      const ObjectParameters& object = scene.objects[o];
+      const double mass = object.mass * mass_share;
+      objects_[o] = {1.0 / mass, object.compensation,
+                     T_ * object.ground_friction * scene.gravity};
+    }
+    for (int w = 0; w < wall_count_; ++w) {
+      const WallParameters& wall = scene.walls[w];
+      walls_[w] = {wall.gain,     wall.point.x,         wall.normal.x < 0.0 ? -1.0 : 1.0,
+                   wall.attached, wall.touches_objects, wall.touches_fingers};
+    }
+  }
+
+  [[nodiscard]] static Body initial_body(const ObjectParameters& object) noexcept {
+    return {object.position.x, object.velocity.x};
+  }
+
+  [[nodiscard]] static Placed place(const Body& body) noexcept { return body; }
+
+  [[nodiscard]] static Grasp grasp(const Scene& scene, const CouplerParameters& coupler,
+                                   const FingerParameters& finger, const ObjectParameters& object,
+                                   double /*user_mass*/, bool /*own*/) noexcept {
+    Grasp g{coupler.gain, 0.0, 0.0, coupler.gain.stiffness > 0.0 || coupler.gain.damping > 0.0};
+    const double distance = finger.position.x - object.position.x;
+    if (scene.contact.attached)
+      g.offset = distance;
+    else
+      g.side = distance < 0.0 ? -1.0 : 1.0;
+    return g;
+  }
+
+  [[nodiscard]] static Coordination coordination(const CouplerParameters& coupler) noexcept {
+    return {coupler.gain, coupler.gain.stiffness > 0.0 || coupler.gain.damping > 0.0};
+  }
+
+  /// f_O = K (x_H - x_O) + B (v_H - v_O), f_H = -f_O (3.4, 4.28 without the mirrored axis).
+  /// Unilateral when the contact is not attached: the normal force never pulls.
+  [[nodiscard]] Touch touch(int, Contact&, const Grasp& g, const FingerSample<double>& finger,
+                            const Body& body) const noexcept {
+    const double stretch = finger.p - body.p - g.offset;
+    double on_body = g.gain.stiffness * stretch + g.gain.damping * (finger.v - body.v);
+    if (g.side != 0.0) {
+      const bool inside = g.side * stretch < 0.0;
+      if (!inside || g.side * on_body > 0.0) on_body = 0.0;
+    }
+    return {-on_body, on_body};
+  }
+
+  /// Force on this copy that pulls it to another: K_o (x_other - x_self) + B_o (v_other - v_self).
+  [[nodiscard]] static Wrench coordinate(const Coordination& c, const Body& self,
+                                         const Body& other) noexcept {
+    return c.gain.stiffness * (other.p - self.p) + c.gain.damping * (other.v - self.v);
+  }
+
+  [[nodiscard]] Wrench walls_on_object(int, ObjectWalls&, const Body& body) const noexcept {
+    double force = 0.0;
+    for (int w = 0; w < wall_count_; ++w)
+      if (walls_[w].objects) force += push(walls_[w], body.p, body.v);
+    return force;
+  }
+
+  [[nodiscard]] Vector walls_on_finger(FingerWalls&,
+                                       const FingerSample<double>& finger) const noexcept {
+    double force = 0.0;
+    for (int w = 0; w < wall_count_; ++w)
+      if (walls_[w].fingers) force += push(walls_[w], finger.p, finger.v);
+    return force;
+  }
+
+  /// One tick of an object: compensation (negative damping, chapter 6) is evaluated at the tick and held.
+  [[nodiscard]] Body step(int o, const Body& body, Wrench force) const noexcept {
+    const Object& object = objects_[o];
+    if (object.compensation != 0.0) force += object.compensation * body.v;
+    Body next = body;
+    integrate(integrator_, T_, next.p, next.v, force * object.inverse_mass);
+    if (object.friction_loss > 0.0) rub(T_, object.friction_loss, next.p, next.v);
+    return next;
+  }
+
+  [[nodiscard]] static Body advance(const Body& body, const Advance& a) noexcept {
+    return {body.p + body.v * a.time, body.v * a.keep};
+  }
+
+  /// Difference of two poses, and a pose moved back by a part of one: re-seating a coupler.
+  [[nodiscard]] static Body difference(const Body& a, const Body& b) noexcept {
+    return {a.p - b.p, 0.0};
+  }
+  [[nodiscard]] static Body moved_back(const Body& body, const Body& offset,
+                                       double part) noexcept {
+    return {body.p - part * offset.p, body.v};
+  }
+  [[nodiscard]] static Wrench scaled(Wrench force, double factor) noexcept { return force * factor; }
+  /// Work of `force` over the way from `a` to `b` [J].
+  [[nodiscard]] static double work(const Wrench& force, const Body& a, const Body& b) noexcept {
+    return force * (b.p - a.p);
+  }
+  [[nodiscard]] static std::uint32_t contact_bits(const Contact&) noexcept { return 0; }
+
+  template <typename Visitor>
+  static void visit_body(Body& body, Visitor&& visitor) {
+    visitor.position(body.p);
+    visitor.velocity(body.v);
+  }
+
+  [[nodiscard]] int object_count() const noexcept { return object_count_; }
+  [[nodiscard]] bool has_walls() const noexcept { return wall_count_ > 0; }
+
+ private:
+  struct Object {
+    double inverse_mass = 0.0;
+    double compensation = 0.0;
+    double friction_loss = 0.0;  ///< speed that ground friction takes in a tick [m/s]
+  };
+  struct Wall {
+    Gain gain;
+    double point = 0.0;
+    double normal = 1.0;
+    bool attached = false, objects = false, fingers = false;
+  };
+
+  /// Penalty of a wall; unilateral and never pulling unless attached.
+  [[nodiscard]] static double push(const Wall& wall, double p, double v) noexcept {
+    const double depth = wall.normal * (wall.point - p);
+    const double f = wall.gain.stiffness * depth - wall.gain.damping * wall.normal * v;
+    if (!wall.attached && (depth <= 0.0 || f <= 0.0)) return 0.0;
+    return wall.normal * f;
+  }
+
+  double T_ = 0.0;
+  Integrator integrator_ = Integrator::kZeroOrderHold;
+  int object_count_ = 0, wall_count_ = 0;
+  std::array<Object, kMaxObjects> objects_{};
+  std::array<Wall, kMaxWalls> walls_{};
+};
+
+}  // namespace tandem::core

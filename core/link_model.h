@@ -1,0 +1,143 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <limits>
+#include <type_traits>
+
+#include "core/random.h"
+
+namespace tandem::core {
+
+enum class JitterKind { kNone, kUniform, kNormal, kExponential };
+
+/// How one direction of a link treats packets, in virtual time. Semantics are netem's: each
+/// packet draws its own fate, so jitter reorders; first_in_first_out makes a later packet wait.
+struct LinkModelParameters {
+  double delay_ticks = 0.0;   ///< one way [ticks]; a fraction acts as the next whole tick
+  JitterKind jitter = JitterKind::kNone;
+  double jitter_ticks = 0.0;  ///< uniform: half width; normal: sd; exponential: mean [ticks]
+  double loss = 0.0;          ///< [0, 1], each packet by itself
+  double burst_enter = 0.0;   ///< Gilbert-Elliott: chance per packet to enter the lossy state
+  double burst_leave = 1.0;   ///< and to leave it; every packet is lost in it
+  double duplicate = 0.0;     ///< [0, 1], the copy draws its own jitter
+  std::int64_t outage_start = -1;  ///< slots [start, start + length): everything sent is lost
+  std::int64_t outage_length = 0;
+  bool first_in_first_out = false;
+  std::uint64_t seed = 1;
+};
+
+/// One direction of a modelled link: the packets in flight and their fates. Trivially copyable.
+/// Its storage is fixed; when more packets are in flight than fit, the oldest is dropped and
+/// counted, as a router's queue would.
+template <typename Message, int kCapacity = 64>
+class LinkModel {
+  static_assert(std::is_trivially_copyable_v<Message>);
+
+ public:
+  explicit LinkModel(const LinkModelParameters& parameters = {}) noexcept
+      : parameters_(parameters), random_(parameters.seed) {}
+
+  void push(const Message& message, std::int64_t slot) noexcept {
+    ++sequence_;
+    if (is_lost(slot)) {
+      ++lost_;
+      return;
+    }
+    admit(message, slot);
+    if (parameters_.duplicate > 0.0 && random_.uniform() < parameters_.duplicate)
+      admit(message, slot);
+  }
+
+  /// Calls `accept(message, send_slot, sequence)` for every packet due at `slot`, in order of
+  /// arrival (packets of the same tick: as sent).
+  template <typename Accept>
+  void deliver(std::int64_t slot, Accept&& accept) noexcept {
+    while (static_cast<double>(slot) >= next_arrival_) {
+      int first = -1;
+      for (int i = 0; i < count_; ++i)
+        if (arrival(i) <= static_cast<double>(slot) && (first < 0 || earlier(i, first))) first = i;
+      if (first < 0) break;
+      accept(flight_[first].message, flight_[first].send_slot, flight_[first].sequence);
+      remove(first);
+    }
+  }
+
+  /// Visits the messages still in flight, oldest first; they are states of the link.
+  template <typename Visitor>
+  void visit_in_flight(Visitor&& visitor) {
+    for (int i = 0; i < count_; ++i) visitor(flight_[i].message);
+  }
+
+  [[nodiscard]] int in_flight() const noexcept { return count_; }
+  [[nodiscard]] std::int64_t lost() const noexcept { return lost_; }
+  [[nodiscard]] std::int64_t overflowed() const noexcept { return overflowed_; }
+  [[nodiscard]] std::uint64_t sent() const noexcept { return sequence_; }
+
+ private:
+  struct Flight {
+    Message message{};
+    std::int64_t send_slot = 0;
+    std::uint64_t sequence = 0;
+    double arrival = 0.0;
+  };
+
+  [[nodiscard]] double arrival(int i) const noexcept { return flight_[i].arrival; }
+  [[nodiscard]] bool earlier(int i, int j) const noexcept { return arrival(i) < arrival(j); }
+
+  [[nodiscard]] bool is_lost(std::int64_t slot) noexcept {
+    if (parameters_.burst_enter > 0.0)
+      in_burst_ = in_burst_ ? random_.uniform() >= parameters_.burst_leave
+                            : random_.uniform() < parameters_.burst_enter;
+    if (in_burst_) return true;
+    if (parameters_.loss > 0.0 && random_.uniform() < parameters_.loss) return true;
+    return parameters_.outage_length > 0 && slot >= parameters_.outage_start &&
+           slot < parameters_.outage_start + parameters_.outage_length;
+  }
+
+  [[nodiscard]] double draw_delay() noexcept {
+    double delay = parameters_.delay_ticks;
+    switch (parameters_.jitter) {
+      case JitterKind::kNone: break;
+      case JitterKind::kUniform:
+        delay += random_.uniform(-parameters_.jitter_ticks, parameters_.jitter_ticks);
+        break;
+      case JitterKind::kNormal: delay += parameters_.jitter_ticks * random_.normal(); break;
+      case JitterKind::kExponential: delay += random_.exponential(parameters_.jitter_ticks); break;
+    }
+    return delay > 0.0 ? delay : 0.0;
+  }
+
+  void admit(const Message& message, std::int64_t slot) noexcept {
+    double at = static_cast<double>(slot) + draw_delay();
+    if (parameters_.first_in_first_out && at < last_arrival_) at = last_arrival_;
+    last_arrival_ = at;
+    if (count_ == kCapacity) {
+      remove(0);
+      ++overflowed_;
+    }
+    flight_[count_++] = {message, slot, sequence_, at};
+    if (at < next_arrival_) next_arrival_ = at;
+  }
+
+  void remove(int i) noexcept {
+    for (int j = i + 1; j < count_; ++j) flight_[j - 1] = flight_[j];
+    --count_;
+    next_arrival_ = std::numeric_limits<double>::infinity();
+    for (int j = 0; j < count_; ++j)
+      if (flight_[j].arrival < next_arrival_) next_arrival_ = flight_[j].arrival;
+  }
+
+  LinkModelParameters parameters_;
+  Random random_;
+  std::array<Flight, kCapacity> flight_{};
+  int count_ = 0;
+  bool in_burst_ = false;
+  double next_arrival_ = std::numeric_limits<double>::infinity();
+  double last_arrival_ = 0.0;
+  std::uint64_t sequence_ = 0;
+  std::int64_t lost_ = 0;
+  std::int64_t overflowed_ = 0;
+};
+
+}  // namespace tandem::core

@@ -1,7 +1,12 @@
 # How every target of Tandem is made: one way to make a library, one to make a test.
 
+# The tests to build: those with one of these labels; empty means all. The sanitizer builds choose.
+set(TANDEM_TEST_LABELS "" CACHE STRING "Build only tests with one of these labels; empty: all")
+# Put before the names of this build's tests, so that several builds can report in one ctest run.
+set(TANDEM_TEST_PREFIX "" CACHE STRING "Prefix of test names")
+
 # Compile options of Tandem's own code. -ffp-contract=off keeps a loop's bits the same on machines
-# with fused multiply-add; fast-math is never allowed (DESIGN.md, time, threads, memory).
+# with fused multiply-add; fast-math is never allowed (core/README.md).
 add_library(tandem_options INTERFACE)
 target_compile_options(tandem_options INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion -Wnon-virtual-dtor
@@ -20,15 +25,26 @@ function(tandem_add_library name)
   target_link_libraries(tandem_${name} PUBLIC ${arg_LINK}
     PRIVATE $<BUILD_INTERFACE:tandem_options> ${arg_PRIVATE_LINK})
   target_compile_features(tandem_${name} PUBLIC cxx_std_20)
+  # The laws are templates in headers: whoever includes them needs this for the same bits.
+  target_compile_options(tandem_${name} PUBLIC -ffp-contract=off)
   set_target_properties(tandem_${name} PROPERTIES
     EXPORT_NAME ${name} LINKER_LANGUAGE CXX VERIFY_INTERFACE_HEADER_SETS ON CXX_EXTENSIONS OFF)
   set_property(GLOBAL APPEND PROPERTY TANDEM_LIBRARIES tandem_${name})
 endfunction()
 
-# tandem_add_test(<name> SOURCES ... LINK ... LABELS ... [ENVIRONMENT ...])
-# One GoogleTest program; every TEST in it becomes one ctest entry.
+# tandem_add_test(<name> SOURCES ... LINK ... LABELS ... [ENVIRONMENT ...] [TIMEOUT seconds])
+# One GoogleTest program; every TEST in it becomes one ctest entry. Target `tandem_tests` builds all.
 function(tandem_add_test name)
   cmake_parse_arguments(arg "" "TIMEOUT" "SOURCES;LINK;LABELS;ENVIRONMENT" ${ARGN})
+  if(TANDEM_TEST_LABELS)
+    set(not_chosen ${arg_LABELS})
+    list(REMOVE_ITEM not_chosen ${TANDEM_TEST_LABELS})
+    list(LENGTH arg_LABELS all_labels)
+    list(LENGTH not_chosen other_labels)
+    if(all_labels EQUAL other_labels)
+      return()
+    endif()
+  endif()
   if(NOT arg_TIMEOUT)
     set(arg_TIMEOUT 120)
   endif()
@@ -39,6 +55,26 @@ function(tandem_add_test name)
   target_compile_definitions(${name} PRIVATE TANDEM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests
     CXX_EXTENSIONS OFF)
-  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST
+  if(NOT TARGET tandem_tests)
+    add_custom_target(tandem_tests)
+  endif()
+  add_dependencies(tandem_tests ${name})
+  gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX "${TANDEM_TEST_PREFIX}"
     PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" ENVIRONMENT "${arg_ENVIRONMENT}")
+endfunction()
+
+# tandem_add_program_at(<name> FLAGS ... SOURCES ... LINK ...)
+# One small program whose own sources are compiled with other flags than the build's: FLAGS come
+# last, so `-O0` or `-O3 -march=native` win over the build type. The laws are header templates, so
+# what the sources instantiate is compiled with FLAGS; pass the .cpp files with explicit
+# instantiations as SOURCES too where they matter.
+function(tandem_add_program_at name)
+  cmake_parse_arguments(arg "" "" "FLAGS;SOURCES;LINK" ${ARGN})
+  add_executable(${name} ${arg_SOURCES})
+  target_include_directories(${name} PRIVATE ${PROJECT_SOURCE_DIR})
+  target_link_libraries(${name} PRIVATE ${arg_LINK} tandem_options)
+  target_compile_features(${name} PRIVATE cxx_std_20)
+  target_compile_options(${name} PRIVATE ${arg_FLAGS})
+  set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests
+    CXX_EXTENSIONS OFF)
 endfunction()

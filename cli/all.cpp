@@ -1,0 +1,12 @@
+#include "cli/commands.h"
+
+namespace tandem::cli {
+
+void add_all(CLI::App& app) {
+  add_simulate(app);
+  add_scene(app);
+}
+
+std::string version_text() { return "tandem " TANDEM_VERSION " (" TANDEM_REVISION ")"; }
+
+}  // namespace tandem::cli

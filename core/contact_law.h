@@ -64,8 +64,8 @@ template <typename Vector>
   return static_cast<double>(whole) == ratio ? whole - 1 : whole;
 }
 
-/// Slide (7.4): |f_t| = mu_k f_n against the slip. Above v_tr the slip is the velocity; a spring
-/// that leaves the cone below v_tr slips along its own stretch, whatever the noise of the velocity.
+/// Slide (7.4): |f_t| = mu_k f_n against the slip. The slip is the velocity, but for a spring that
+/// leaves the cone below v_tr: it slips along its own stretch, whatever the noise of the velocity.
 /// The contact point is dragged after the point until k_t |stretch| <= mu_k f_n. The drag never
 /// adds stretch: that grows by motion alone, and what it lacks to mu_k f_n is plain dissipation, so
 /// a closed path never returns more work than was put in (elasto-plastic, Hayward & Armstrong
@@ -77,10 +77,10 @@ template <typename Tangent>
   const Tangent stretch = at.position - memory.anchor;
   const double length = magnitude(stretch);
   const double limit = gains.friction.dynamic_coefficient * normal;
-  const bool moving = speed > gains.friction.threshold_velocity;
-  if (!moving && !(length > 0.0)) return Tangent{0.0};
-  const Tangent along = moving ? at.velocity * (1.0 / speed) : stretch * (1.0 / length);
   const double k = gains.tangential.stiffness;
+  const bool by_velocity =
+      speed > gains.friction.threshold_velocity || (k * length <= limit && speed > 0.0);
+  const Tangent along = by_velocity ? at.velocity * (1.0 / speed) : stretch * (1.0 / length);
   double kept = length;
   if (k * kept > limit) kept = limit / k;
   memory.anchor = at.position - along * kept;

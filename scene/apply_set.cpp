@@ -1,11 +1,11 @@
 #include "scene/apply_set.h"
 
-#include <google/protobuf/descriptor.h>
-#include <google/protobuf/message.h>
-
 #include <charconv>
 #include <system_error>
 #include <vector>
+
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/message.h>
 
 #include "scene/nearest_name.h"
 #include "scene/scene_error.h"
@@ -41,8 +41,8 @@ class Edit {
       if (field->is_repeated()) {
         message = entry_named(*message, field, last ? "" : steps_[++i]);
         if (i + 1 == steps_.size())
-          fail("'" + path_ + "' is a whole " + field->name() + "; name one of its fields: " +
-               joined(field_names(message->GetDescriptor())));
+          fail("'" + path_ + "' is a whole " + field->name() +
+               "; name one of its fields: " + joined(field_names(message->GetDescriptor())));
       } else if (field->cpp_type() == FieldDescriptor::CPPTYPE_MESSAGE) {
         if (last && value_ == "none") {
           message->GetReflection()->ClearField(message, field);
@@ -96,8 +96,7 @@ class Edit {
       if (!key.empty() && known.back() == key) return entry;
     }
     if (known.empty()) fail("the scene has no " + field->name() + " to edit");
-    if (key.empty())
-      fail("'" + field->name() + "' is a list; say which" + suggestion(key, known));
+    if (key.empty()) fail("'" + field->name() + "' is a list; say which" + suggestion(key, known));
     fail("no " + field->name() + " is named '" + key + "'" + suggestion(key, known));
   }
 
@@ -106,8 +105,7 @@ class Edit {
     Number out{};
     const char* const end = value_.data() + value_.size();
     const auto [stop, error] = std::from_chars(value_.data(), end, out);
-    if (error != std::errc{} || stop != end)
-      fail(path_ + ": '" + value_ + "' is not " + kind);
+    if (error != std::errc{} || stop != end) fail(path_ + ": '" + value_ + "' is not " + kind);
     return out;
   }
 

@@ -65,8 +65,8 @@ std::string find_scene(const std::string& name_or_file) {
   std::string looked;
   for (const std::string& folder : scene_folders()) looked += (looked.empty() ? "" : ", ") + folder;
   fail("scene '" + name_or_file + "'",
-       "there is no scene of this name" + suggestion(name_or_file, scene_names()) +
-           " (looked in " + looked + "); a file is given with its folder: ./" + name_or_file);
+       "there is no scene of this name" + suggestion(name_or_file, scene_names()) + " (looked in " +
+           looked + "); a file is given with its folder: ./" + name_or_file);
 }
 
 std::string read_scene_file(const std::string& file) {
@@ -82,8 +82,7 @@ std::string read_scene_file(const std::string& file) {
   in.read(text.data(), static_cast<std::streamsize>(text.size()));
   if (in.bad()) fail(file, "cannot be read to its end");
   text.resize(static_cast<std::size_t>(in.gcount()));
-  if (text.size() > kMaxSceneBytes)
-    fail(file, "is larger than 1 MiB; a scene is a few kB of text");
+  if (text.size() > kMaxSceneBytes) fail(file, "is larger than 1 MiB; a scene is a few kB of text");
   return text;
 }
 

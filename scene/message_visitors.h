@@ -1,7 +1,5 @@
 #pragma once
 
-#include <google/protobuf/message.h>
-
 #include <algorithm>
 #include <optional>
 #include <string>
@@ -9,6 +7,8 @@
 #include <type_traits>
 #include <utility>
 #include <vector>
+
+#include <google/protobuf/message.h>
 
 #include "scene/scene_error.h"
 #include "scene/scene_fields.h"

@@ -30,7 +30,7 @@ int edit_distance(std::string_view a, std::string_view b) {
 std::string suggestion(std::string_view wrong, const std::vector<std::string>& known) {
   std::string text;
   const std::string* nearest = nullptr;
-  int least = std::max(1, static_cast<int>(wrong.size()) / 3) + 1;  // a third may be wrong
+  int least = std::max(1, static_cast<int>(wrong.size() + 1) / 3) + 1;  // a third may be wrong
   for (const std::string& name : known) {
     const int distance = edit_distance(wrong, name);
     if (distance < least) {

@@ -32,9 +32,8 @@ class RangeChecker {
       const std::string unit = field.unit.empty() ? "" : " " + std::string(field.unit);
       problems_.push_back({path,
                            path + " = " + number_text(x) + unit + ": must be " +
-                               (field.above_low ? "above " : "at least ") +
-                               number_text(field.low) + " and at most " + number_text(field.high) +
-                               unit,
+                               (field.above_low ? "above " : "at least ") + number_text(field.low) +
+                               " and at most " + number_text(field.high) + unit,
                            {}});
     }
   }
@@ -55,8 +54,8 @@ class RangeChecker {
     const std::string path = path_ + std::string(field.name);
     if (entries.size() > static_cast<std::size_t>(max))
       problems_.push_back({path,
-                           path + ": " + std::to_string(entries.size()) +
-                               " entries, at most " + std::to_string(max) + " are possible",
+                           path + ": " + std::to_string(entries.size()) + " entries, at most " +
+                               std::to_string(max) + " are possible",
                            {}});
     for (std::size_t i = 0; i < entries.size(); ++i) {
       RangeChecker sub(path + "." + entry_key(entries[i], i) + ".", problems_);

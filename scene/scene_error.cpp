@@ -1,6 +1,7 @@
 #include "scene/scene_error.h"
 
 #include <charconv>
+#include <cmath>
 #include <system_error>
 #include <utility>
 
@@ -24,7 +25,11 @@ SceneError::SceneError(std::vector<Problem> problems)
 
 std::string number_text(double value) {
   char buffer[32];
-  const auto [end, error] = std::to_chars(buffer, buffer + sizeof buffer, value);
+  const double size = std::abs(value);
+  const bool short_enough = size == 0.0 || (size >= 1e-4 && size < 1e7);
+  const auto [end, error] =
+      short_enough ? std::to_chars(buffer, buffer + sizeof buffer, value, std::chars_format::fixed)
+                   : std::to_chars(buffer, buffer + sizeof buffer, value);
   return error == std::errc{} ? std::string(buffer, end) : "?";
 }
 

@@ -23,7 +23,7 @@ class SceneError : public std::runtime_error {
   std::vector<Problem> problems_;
 };
 
-/// Shortest decimal text that reads back to the same double.
+/// Shortest decimal text that reads back to the same double; no exponent from 1e-4 to 1e7.
 [[nodiscard]] std::string number_text(double value);
 
 }  // namespace tandem::scene

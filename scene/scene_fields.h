@@ -53,8 +53,7 @@ inline constexpr double kMaxMass = 1e6;         ///< [kg]
 inline constexpr double kMaxForce = 1e4;        ///< [N]
 inline constexpr double kMaxTime = 1e6;         ///< [s]
 inline constexpr double kMaxFriction = 10.0;    ///< coefficient
-inline constexpr int kMaxCouplers =
-    core::kMaxObjects * core::kMaxUsers * (core::kMaxUsers + 1);
+inline constexpr int kMaxCouplers = core::kMaxObjects * core::kMaxUsers * (core::kMaxUsers + 1);
 
 template <typename V>
 void visit_vector(Field field, core::Vec3& vector, core::Space space, V& v) {
@@ -114,8 +113,7 @@ void visit_object(core::ObjectParameters& o, core::Space space, V& v) {
     });
   visit_vector(within("velocity", "m/s", -100.0, 100.0), o.velocity, space, v);
   visit_rotation(within("angular_velocity", "rad/s", -1e3, 1e3), o.angular_velocity, space, v);
-  if (axis || plane)
-    v.value(within("ground_friction", "", 0.0, kMaxFriction), o.ground_friction);
+  if (axis || plane) v.value(within("ground_friction", "", 0.0, kMaxFriction), o.ground_friction);
   if (plane)
     v.value(within("ground_friction_rotation", "", 0.0, kMaxFriction), o.ground_friction_rotation);
   v.value(within("compensation", "N s/m", 0.0, 1e3), o.compensation);
@@ -226,9 +224,12 @@ void visit_contact(core::ContactParameters& c, core::Space space, V& v) {
 
 [[nodiscard]] constexpr std::string_view words(core::Space space) {
   switch (space) {
-    case core::Space::kAxis: return "an axis scene";
-    case core::Space::kPlane: return "a plane scene";
-    case core::Space::kSpace: return "a space scene";
+    case core::Space::kAxis:
+      return "an axis scene";
+    case core::Space::kPlane:
+      return "a plane scene";
+    case core::Space::kSpace:
+      return "a space scene";
   }
   return "this scene";
 }
@@ -245,8 +246,7 @@ void visit_scene(core::Scene& s, V& v) {
   v.group(plain("rates"), [&](auto& sub) {
     sub.value(within("local_hz", "Hz", 100.0, 20000.0), s.rates.local_hz);
     sub.value(within("packet_hz", "Hz", 1.0, 20000.0), s.rates.packet_hz);
-    sub.value(within("latency_ticks", "ticks", 0.0, core::kMaxLatencyTicks),
-              s.rates.latency_ticks);
+    sub.value(within("latency_ticks", "ticks", 0.0, core::kMaxLatencyTicks), s.rates.latency_ticks);
   });
   v.value(plain("integrator"), s.integrator);
   v.group(plain("reconstruction"), [&](auto& sub) {

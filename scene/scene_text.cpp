@@ -1,11 +1,12 @@
 #include "scene/scene_text.h"
 
+#include <algorithm>
+#include <set>
+#include <string_view>
+
 #include <google/protobuf/descriptor.h>
 #include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/text_format.h>
-
-#include <set>
-#include <string_view>
 
 #include "scene/message_visitors.h"
 #include "scene/nearest_name.h"
@@ -52,8 +53,7 @@ std::string said_better(const std::string& message) {
     const std::string type = quoted(message, 0), field = quoted(message, 1);
     const Descriptor* d = wire::Scene::descriptor()->file()->pool()->FindMessageTypeByName(type);
     std::vector<std::string> known;
-    for (int i = 0; d != nullptr && i < d->field_count(); ++i)
-      known.push_back(d->field(i)->name());
+    for (int i = 0; d != nullptr && i < d->field_count(); ++i) known.push_back(d->field(i)->name());
     return "unknown field '" + field + "' in " + type.substr(type.rfind('.') + 1) +
            suggestion(field, known);
   }
@@ -64,14 +64,41 @@ std::string said_better(const std::string& message) {
   return "syntax: " + message;
 }
 
+/// Protobuf says where the parser stood, which is past the word it complains of: goes back to it.
+struct Place {
+  int line = 0, column = 0;  ///< from 0
+};
+
+Place place_of(const std::string& word, const std::string& text, Place stood) {
+  std::size_t start = 0;
+  for (int i = 0; i < stood.line && start != std::string::npos; ++i) {
+    start = text.find('\n', start);
+    if (start != std::string::npos) ++start;
+  }
+  if (start == std::string::npos || word.empty()) return stood;
+  const std::size_t at = text.rfind(word, start + static_cast<std::size_t>(stood.column));
+  if (at == std::string::npos) return stood;
+  const std::size_t line_start = at == 0 ? 0 : text.rfind('\n', at - 1) + 1;  // npos + 1 is 0
+  return {static_cast<int>(std::count(text.begin(), text.begin() + static_cast<long>(at), '\n')),
+          static_cast<int>(at - line_start)};
+}
+
 class Collector : public google::protobuf::io::ErrorCollector {
  public:
-  Collector(const std::string& origin, std::vector<Problem>& problems)
-      : origin_(origin), problems_(problems) {}
+  Collector(const std::string& text, const std::string& origin, std::vector<Problem>& problems)
+      : text_(text), origin_(origin), problems_(problems) {}
+
   void AddError(int line, int column, const std::string& message) override {
     std::string where = origin_;
-    if (line >= 0) where += ":" + std::to_string(line + 1) + ":" + std::to_string(column + 1);
-    problems_.push_back({{}, said_better(message), where});
+    if (line >= 0) {
+      Place place{line, column};
+      if (message.find("has no field named") != std::string::npos)
+        place = place_of(quoted(message, 1), text_, place);
+      else if (message.find("Unknown enumeration value") != std::string::npos)
+        place = place_of(quoted(message, 0), text_, place);
+      where += ":" + std::to_string(place.line + 1) + ":" + std::to_string(place.column + 1);
+    }
+    if (problems_.size() < kMaxProblems) problems_.push_back({{}, said_better(message), where});
   }
   /// Unknown fields come as warnings, so that the parser goes on and finds all of them.
   void AddWarning(int line, int column, const std::string& message) override {
@@ -79,6 +106,9 @@ class Collector : public google::protobuf::io::ErrorCollector {
   }
 
  private:
+  static constexpr std::size_t kMaxProblems = 100;  ///< a file of another kind has thousands
+
+  const std::string& text_;
   const std::string& origin_;
   std::vector<Problem>& problems_;
 };
@@ -118,7 +148,7 @@ void find_lines(const Message& message, const TextFormat::ParseInfoTree& tree,
 
 bool parse_scene_text(const std::string& text, const std::string& origin, Message& message,
                       LineOfPath& lines, std::vector<Problem>& problems) {
-  Collector collector(origin, problems);
+  Collector collector(text, origin, problems);
   TextFormat::ParseInfoTree tree;
   TextFormat::Parser parser;
   parser.RecordErrorsTo(&collector);

@@ -1,9 +1,9 @@
-#include <glm/geometric.hpp>
-
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 #include <string>
+
+#include <glm/geometric.hpp>
 
 #include "scene/scene_fields.h"
 #include "scene/validate_scene.h"
@@ -22,15 +22,15 @@ constexpr double kShortest = 1e-3, kLongest = 1e3;
 /// Closer to unit length than this, bits are kept.
 constexpr double kUnit = 1e-12;
 
-int dimensions(Space space) {
-  return space == Space::kAxis ? 1 : space == Space::kPlane ? 2 : 3;
-}
+/// To the micrometre: what a person moves it by.
+std::string metres(double distance) { return number_text(std::round(distance * 1e6) / 1e6); }
+
+int dimensions(Space space) { return space == Space::kAxis ? 1 : space == Space::kPlane ? 2 : 3; }
 
 /// Length 0 stays 0.
 core::Quat orientation_of(const core::ObjectParameters& o, Space space) {
   if (space == Space::kAxis) return {1.0, 0.0, 0.0, 0.0};
-  if (space == Space::kPlane)
-    return {std::cos(o.angle / 2.0), 0.0, 0.0, std::sin(o.angle / 2.0)};
+  if (space == Space::kPlane) return {std::cos(o.angle / 2.0), 0.0, 0.0, std::sin(o.angle / 2.0)};
   const double length = glm::length(o.orientation);
   return length > 0.0 ? o.orientation / length : core::Quat{1.0, 0.0, 0.0, 0.0};
 }
@@ -148,15 +148,15 @@ class Geometry {
         const double gap = glm::dot(normal, o.position - w.point) - reach(o, normal, space_);
         if (gap < -kTouch)
           report("object." + entry_key(o, i) + ".position",
-                 ": starts " + number_text(-gap) + " m behind wall '" + w.name +
+                 ": starts " + metres(-gap) + " m behind wall '" + w.name +
                      "'; move the object, or the wall's point, or turn the normal round");
       }
     if (w.touches_fingers)
       for_each_finger([&](const core::FingerParameters& f, const std::string& finger) {
         const double gap = glm::dot(normal, f.position - w.point) - f.radius;
         if (gap < -kTouch)
-          report(finger + ".position", ": starts " + number_text(-gap) + " m behind wall '" +
-                                           w.name + "'; move the finger or the wall");
+          report(finger + ".position", ": starts " + metres(-gap) + " m behind wall '" + w.name +
+                                           "'; move the finger or the wall");
       });
   }
 
@@ -167,8 +167,8 @@ class Geometry {
         const auto& o = scene_.objects[i];
         const double gap = distance_from(o, f.position, space_) - f.radius;
         if (gap < -kTouch)
-          report(finger + ".position", ": starts " + number_text(-gap) + " m inside object '" +
-                                           o.name + "'; start outside, or declare the grasp with "
+          report(finger + ".position", ": starts " + metres(-gap) + " m inside object '" + o.name +
+                                           "'; start outside, or declare the grasp with "
                                            "contact.attached = true");
       }
     });
@@ -178,9 +178,8 @@ class Geometry {
   void for_each_finger(Fn&& fn) {
     for (std::size_t u = 0; u < scene_.users.size(); ++u)
       for (std::size_t f = 0; f < scene_.users[u].fingers.size(); ++f)
-        fn(scene_.users[u].fingers[f],
-           "user." + entry_key(scene_.users[u], u) + ".finger." +
-               entry_key(scene_.users[u].fingers[f], f));
+        fn(scene_.users[u].fingers[f], "user." + entry_key(scene_.users[u], u) + ".finger." +
+                                           entry_key(scene_.users[u].fingers[f], f));
   }
 
   const core::Scene& scene_;

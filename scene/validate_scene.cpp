@@ -88,8 +88,9 @@ class Validator {
     } else if (std::abs(ratio - std::round(ratio)) > 1e-9 * ratio) {
       const double fewer = std::floor(ratio), more = std::ceil(ratio);
       report("rates.packet_hz",
-             " = " + number_text(packet) + " Hz: rates.local_hz / rates.packet_hz = " +
-                 number_text(ratio) + " must be a whole number; the nearest packet rates allowed are " +
+             " = " + number_text(packet) +
+                 " Hz: rates.local_hz / rates.packet_hz = " + number_text(ratio) +
+                 " must be a whole number; the nearest packet rates allowed are " +
                  number_text(local / more) + " Hz (" + number_text(more) + " ticks a packet) and " +
                  number_text(local / fewer) + " Hz (" + number_text(fewer) + ")");
     }
@@ -108,8 +109,7 @@ class Validator {
     if (friction.dynamic_coefficient > friction.static_coefficient)
       report(path + ".dynamic_friction",
              " = " + number_text(friction.dynamic_coefficient) +
-                 ": must be at most static_friction = " +
-                 number_text(friction.static_coefficient));
+                 ": must be at most static_friction = " + number_text(friction.static_coefficient));
   }
 
   void check_contact() {
@@ -124,9 +124,7 @@ class Validator {
       check_cone("wall." + entry_key(scene_.walls[i], i), scene_.walls[i].friction);
   }
 
-  bool known_user(const std::string& name) const {
-    return core::index_of(scene_.users, name) >= 0;
-  }
+  bool known_user(const std::string& name) const { return core::index_of(scene_.users, name) >= 0; }
 
   void check_coupler(const core::CouplerParameters& c, const std::string& path) {
     const bool copies = scene_.architecture == Architecture::kDistributed ||
@@ -152,8 +150,10 @@ class Validator {
                                  suggestion(c.copy, names(scene_.users)));
     if (scene_.architecture == Architecture::kDistributedSplit && !c.user.empty() &&
         c.user != c.copy)
-      report(path + ".user", " = '" + c.user + "': in a DISTRIBUTED_SPLIT scene a hand acts on its "
-                                 "own copy only; copy must be '" + c.user + "'");
+      report(path + ".user", " = '" + c.user +
+                                 "': in a DISTRIBUTED_SPLIT scene a hand acts on its "
+                                 "own copy only; copy must be '" +
+                                 c.user + "'");
   }
 
   void check_couplers() {
@@ -205,8 +205,7 @@ class Validator {
       report("user", ": " + std::to_string(count) + " users, a SINGLE scene has 1");
     else if (!single && count < (central ? 1U : 2U))
       report("user", ": " + std::to_string(count) + " users, " +
-                         (central ? "a CENTRAL scene has 1 to "
-                                  : "a distributed scene has 2 to ") +
+                         (central ? "a CENTRAL scene has 1 to " : "a distributed scene has 2 to ") +
                          std::to_string(core::kMaxUsers));
     const bool wall_to_touch =
         std::any_of(scene_.walls.begin(), scene_.walls.end(),
@@ -264,8 +263,8 @@ class Validator {
     for (std::size_t i = 0; i < sines.size(); ++i)
       if (!(sines[i].end > sines[i].start))
         report(path + "." + std::to_string(i) + ".end",
-               " = " + number_text(sines[i].end) + " s: must be later than start = " +
-                   number_text(sines[i].start) + " s");
+               " = " + number_text(sines[i].end) +
+                   " s: must be later than start = " + number_text(sines[i].start) + " s");
   }
 
   void check_devices() {
@@ -278,10 +277,9 @@ class Validator {
       if (!recorded && !device.file.empty())
         report(path + ".file", " = '" + device.file + "': only a RECORDED device plays a file");
       if (device.velocity_cutoff_hz >= scene_.rates.local_hz / 2.0)
-        report(path + ".velocity_cutoff_hz",
-               " = " + number_text(device.velocity_cutoff_hz) +
-                   " Hz: must be below half of rates.local_hz, " +
-                   number_text(scene_.rates.local_hz / 2.0) + " Hz");
+        report(path + ".velocity_cutoff_hz", " = " + number_text(device.velocity_cutoff_hz) +
+                                                 " Hz: must be below half of rates.local_hz, " +
+                                                 number_text(scene_.rates.local_hz / 2.0) + " Hz");
     }
   }
 

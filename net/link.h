@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <span>
+#include <string>
 
 #include "net/endpoint.h"
 
@@ -25,6 +26,10 @@ class Link {
 
   /// Returns when a datagram can be received or `timeout_ns` is over.
   virtual void wait(std::int64_t timeout_ns) noexcept = 0;
+
+  /// Address of a peer written "HOST:PORT". May ask a name server and so take seconds.
+  /// @throws std::runtime_error if the name cannot be resolved; std::invalid_argument if misspelt
+  [[nodiscard]] virtual Endpoint resolve(const std::string& host_port) const = 0;
 
   /// Our own address; the port is the real one when 0 was asked for.
   [[nodiscard]] virtual Endpoint local() const noexcept = 0;

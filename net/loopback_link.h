@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <chrono>
 #include <condition_variable>
 #include <deque>
 #include <functional>
@@ -79,6 +81,10 @@ class LoopbackLink final : public Link {
     std::unique_lock lock(network_.mutex_);
     network_.arrival_.wait_for(lock, std::chrono::nanoseconds(timeout_ns),
                                [&] { return !network_.queues_[port_].empty(); });
+  }
+
+  [[nodiscard]] Endpoint resolve(const std::string& host_port) const override {
+    return LoopbackNetwork::endpoint(parse_host_port(host_port).port);
   }
 
   [[nodiscard]] Endpoint local() const noexcept override {

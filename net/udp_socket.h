@@ -23,10 +23,8 @@ class UdpLink final : public Link {
   void wait(std::int64_t timeout_ns) noexcept override;
   [[nodiscard]] Endpoint local() const noexcept override;
 
-  /// Address of a peer, of the same family as ours. May ask a name server and so take seconds.
-  /// @throws std::runtime_error if the name cannot be resolved; std::invalid_argument as above, and
-  ///         for port 0
-  [[nodiscard]] Endpoint resolve(const std::string& host_port) const;
+  /// Of the same family as ours; port 0 is refused too.
+  [[nodiscard]] Endpoint resolve(const std::string& host_port) const override;
 
  private:
   struct Socket;

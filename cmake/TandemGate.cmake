@@ -1,0 +1,26 @@
+# The gate as tests, label `gate`: arrows between folders, format, lint, headers alone, install.
+# `ctest -LE gate` leaves them out. Sanitizer builds have none.
+if(TANDEM_TEST_LABELS OR TANDEM_TEST_PREFIX)
+  return()
+endif()
+
+function(tandem_add_gate name)
+  cmake_parse_arguments(arg "" "TIMEOUT" "COMMAND" ${ARGN})
+  add_test(NAME gate.${name} COMMAND ${arg_COMMAND} WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
+  set_tests_properties(gate.${name} PROPERTIES LABELS gate TIMEOUT ${arg_TIMEOUT})
+endfunction()
+
+tandem_add_gate(folders TIMEOUT 30 COMMAND scripts/check_folders)
+tandem_add_gate(folders_refuses TIMEOUT 60
+  COMMAND tests/gate/check_folders_test.py ${PROJECT_SOURCE_DIR}/scripts/check_folders)
+tandem_add_gate(format TIMEOUT 60 COMMAND scripts/format --check)
+tandem_add_gate(tidy TIMEOUT 600 COMMAND scripts/tidy ${PROJECT_BINARY_DIR})
+
+# Every public header compiles alone.
+tandem_add_gate(headers_alone TIMEOUT 600
+  COMMAND ${CMAKE_COMMAND} --build ${PROJECT_BINARY_DIR} --target all_verify_interface_header_sets)
+
+# An outside project finds, links and runs what was installed.
+tandem_add_gate(install TIMEOUT 600
+  COMMAND tests/install/run ${PROJECT_BINARY_DIR} ${CMAKE_CXX_COMPILER})
+set_tests_properties(gate.tidy gate.headers_alone gate.install PROPERTIES RUN_SERIAL ON)

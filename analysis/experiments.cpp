@@ -114,6 +114,8 @@ NetForce carry(const Scene& scene) {
   });
 }
 
+constexpr double kJoined = 1.0;  // [s]; before it the peers' forces are still ramping in
+
 /// One free finger behind the box, the box at the wall, everything just touching.
 Scene pressing_scene(Scene scene, int user) {
   keep_only_hand(scene, scene.users[user].name);
@@ -132,6 +134,7 @@ Scene pressing_scene(Scene scene, int user) {
     core::SinePart push;
     push.amplitude = 1.5;
     push.omega = 3.0;
+    push.start = kJoined;
     push.direction = Vec3(0.0, 1.0, 0.0);
     push.positive_part_only = true;
     fingers[0].intent.force_sines.push_back(push);
@@ -192,7 +195,7 @@ Fig83 run_fig_8_3(const SceneSource& scenes) {
 }
 
 Fig84 run_fig_8_4(const SceneSource& scenes) {
-  constexpr double kSeconds = 7.0;  // three pushes and a bit
+  constexpr double kSeconds = kJoined + 6.5;  // three pushes
   const Scene central = scenes("box_central", {});
   const int local = central.users[0].local ? 0 : 1;
   const auto at_server = press(pressing_scene(central, local), local, kSeconds);
@@ -206,7 +209,7 @@ Fig84 run_fig_8_4(const SceneSource& scenes) {
   for (std::size_t i = 0; i < at_server.size(); ++i) {
     const double t = static_cast<double>(i + 1) / central.rates.packet_hz;
     out.travel.rows.push_back(
-        {t, std::max(0.0, 1.5 * std::sin(3.0 * t)), at_server[i], remote[i], distributed[i]});
+        {t, t < kJoined ? 0.0 : std::max(0.0, 1.5 * std::sin(3.0 * (t - kJoined))), at_server[i], remote[i], distributed[i]});
   }
   return out;
 }

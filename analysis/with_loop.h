@@ -7,6 +7,7 @@
 #include "arch_distributed/distributed_loop.h"
 #include "core/axis_world.h"
 #include "core/plane_world.h"
+#include "core/space_world.h"
 
 namespace tandem::analysis {
 
@@ -34,9 +35,9 @@ decltype(auto) with_loop(const core::Scene& scene, const core::NetworkModel& net
   switch (scene.space) {
     case core::Space::kAxis: return with_loop_of<core::AxisWorld>(scene, network, use);
     case core::Space::kPlane: return with_loop_of<core::PlaneWorld>(scene, network, use);
-    case core::Space::kSpace: break;
+    case core::Space::kSpace: return with_loop_of<core::SpaceWorld>(scene, network, use);
   }
-  throw std::invalid_argument("no loop for this space yet");
+  throw std::invalid_argument("a scene of no known space");
 }
 
 }  // namespace tandem::analysis

@@ -24,11 +24,13 @@ class CentralLoop {
 
   explicit CentralLoop(const core::Scene& scene, const core::NetworkModel& network = {})
       : users_(static_cast<int>(scene.users.size())), T_(scene.tick()),
-        ticks_per_packet_(scene.ticks_per_packet()), phase_(network.phase_ticks), hands_(scene),
+        ticks_per_packet_(scene.ticks_per_packet()), hands_(scene),
         server_(scene) {
     constexpr int kServer = core::NetworkModel::kServer;
+    next_packet_[kServer] = network.phase_ticks[kServer];
     for (int u = 0; u < users_; ++u) {
       clients_.emplace_back(scene, u);
+      next_packet_[u] = network.phase_ticks[u];
       up_.emplace_back(network.link[u][kServer]);
       down_.emplace_back(network.link[kServer][u]);
     }
@@ -37,24 +39,30 @@ class CentralLoop {
 
   /// One tick: hands, clients' packets, server, its replies, clients, hands.
   void tick() noexcept {
-    typename Server::Inputs inputs;
+    typename Server::Inputs& inputs = inputs_;
     for (int u = 0; u < users_; ++u) {
-      const auto hand = hands_.sample(u);
+      hands_.sample(u, sample_);
       if (server_.is_local(u)) {
-        server_.observe(u, hand);
+        server_.observe(u, sample_);
         continue;
       }
-      const Site& site = clients_[u].observe(hand);
-      if (is_packet_slot(u)) up_[u].push(site, slot_);
+      const Site& site = clients_[u].observe(sample_);
+      if (slot_ == next_packet_[u]) {
+        up_[u].push(site, slot_);
+        next_packet_[u] += ticks_per_packet_;
+      }
       inputs.fresh[u] = up_[u].receive(slot_);
       inputs.age[u] = static_cast<double>(up_[u].age(slot_)) * T_;
     }
     server_.tick(slot_, inputs);
+    std::int64_t& next_reply = next_packet_[core::NetworkModel::kServer];
+    const bool replies = slot_ == next_reply;
+    if (replies) next_reply += ticks_per_packet_;
     for (int u = 0; u < users_; ++u) {
       if (server_.is_local(u)) {
         outputs_[u] = server_.output(u);
       } else {
-        if (is_packet_slot(core::NetworkModel::kServer)) down_[u].push(server_.reply(u), slot_);
+        if (replies) down_[u].push(server_.reply(u), slot_);
         outputs_[u] = clients_[u].tick(slot_, down_[u].receive(slot_));
       }
       hands_.step(u, outputs_[u], slot_);
@@ -110,14 +118,10 @@ class CentralLoop {
   }
 
  private:
-  [[nodiscard]] bool is_packet_slot(int site) const noexcept {
-    return (slot_ - phase_[site]) % ticks_per_packet_ == 0;
-  }
-
   int users_ = 0;
   double T_ = 0.0;
   int ticks_per_packet_ = 1;
-  std::array<int, core::kMaxUsers + 1> phase_{};
+  std::array<std::int64_t, core::kMaxUsers + 1> next_packet_{};
   std::int64_t slot_ = 0;
   core::Hands<Vector> hands_;
   Server server_;
@@ -125,6 +129,8 @@ class CentralLoop {
   std::vector<core::ModelledPort<Site>> up_;
   std::vector<core::ModelledPort<Reply>> down_;
   std::vector<core::FingerOutput<Vector>> outputs_;
+  typename Server::Inputs inputs_{};
+  core::HandSample<Vector> sample_{};
 };
 
 }  // namespace tandem::central

@@ -21,24 +21,28 @@ class DistributedLoop {
 
   explicit DistributedLoop(const core::Scene& scene, const core::NetworkModel& network = {})
       : users_(static_cast<int>(scene.users.size())), T_(scene.tick()),
-        ticks_per_packet_(scene.ticks_per_packet()), phase_(network.phase_ticks), hands_(scene) {
+        ticks_per_packet_(scene.ticks_per_packet()), hands_(scene) {
     for (int i = 0; i < users_; ++i) {
       laws_.emplace_back(scene, i);
+      next_packet_[i] = network.phase_ticks[i];
       for (int j = 0; j < users_; ++j) ports_.emplace_back(network.link[i][j]);
     }
     outputs_.resize(laws_.size());
+    inputs_.resize(laws_.size());
   }
 
   /// One tick of every site: sample, send, receive, law, hand.
   void tick() noexcept {
     for (int i = 0; i < users_; ++i) {
-      const Site& site = laws_[i].observe(hands_.sample(i));
-      if ((slot_ - phase_[i]) % ticks_per_packet_ != 0) continue;
+      hands_.sample(i, sample_);
+      const Site& site = laws_[i].observe(sample_);
+      if (slot_ != next_packet_[i]) continue;
+      next_packet_[i] += ticks_per_packet_;
       for (int j = 0; j < users_; ++j)
         if (j != i) port(i, j).push(site, slot_);
     }
     for (int i = 0; i < users_; ++i) {
-      typename Law::Inputs inputs;
+      typename Law::Inputs& inputs = inputs_[i];
       for (int j = 0; j < users_; ++j) {
         if (j == i) continue;
         inputs.fresh[j] = port(j, i).receive(slot_);
@@ -101,12 +105,14 @@ class DistributedLoop {
   int users_ = 0;
   double T_ = 0.0;
   int ticks_per_packet_ = 1;
-  std::array<int, core::kMaxUsers + 1> phase_{};
+  std::array<std::int64_t, core::kMaxUsers> next_packet_{};
   std::int64_t slot_ = 0;
   core::Hands<Vector> hands_;
   std::vector<Law> laws_;
   std::vector<core::ModelledPort<Site>> ports_;
   std::vector<core::FingerOutput<Vector>> outputs_;
+  std::vector<typename Law::Inputs> inputs_;
+  core::HandSample<Vector> sample_{};
 };
 
 }  // namespace tandem::distributed

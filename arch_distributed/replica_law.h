@@ -88,7 +88,7 @@ class ReplicaLaw {
                                 Output& output) noexcept;
   [[nodiscard]] Wrench remote_hand(int user, int o, const typename World::Placed& object) noexcept;
   [[nodiscard]] Wrench coordinate(const Peer& peer, int o) noexcept;
-  void account(const Objects& network, const std::array<Body, core::kMaxObjects>& before) noexcept;
+  void account(const Wrench& network, const Body& before, const Body& after) noexcept;
 
   World world_{};
   core::ReconstructionParameters reconstruction_{};
@@ -159,25 +159,25 @@ auto ReplicaLaw<World>::tick(std::int64_t slot, const Inputs& inputs) noexcept -
 
   Output output;
   own_.contact_bits = 0;
-  Objects network{};
-  const auto before = own_.objects;
   for (int o = 0; o < world_.object_count(); ++o) {
     const typename World::Placed placed = World::place(own_.objects[o]);
     own_wrench_[o] = own_hand(o, placed, output);
+    Wrench network{};
     for (int j = 0; j < user_count_; ++j) {
       const Peer& peer = peers_[j];
       if (j == user_ || peer.presence.silent()) continue;
-      network[o] += World::scaled(remote_hand(j, o, placed) + coordinate(peer, o),
+      network += World::scaled(remote_hand(j, o, placed) + coordinate(peer, o),
                                   peer.presence.gain());
     }
-    Wrench wrench = latency_.delayed(o, own_wrench_[o] + network[o]);
+    Wrench wrench = latency_.delayed(o, own_wrench_[o] + network);
     if (world_.has_walls()) wrench += world_.walls_on_object(o, object_walls_[o], placed);
-    own_.objects[o] = world_.step(o, own_.objects[o], wrench);
+    const Body before = own_.objects[o];
+    own_.objects[o] = world_.step(o, before, wrench);
+    account(network, before, own_.objects[o]);
   }
   if (world_.has_walls())
     for (int f = 0; f < finger_counts_[user_]; ++f)
       output.forces[f] += world_.walls_on_finger(finger_walls_[f], own_.fingers[f]);
-  account(network, before);
 
   latency_.delay(output, finger_counts_[user_]);
   stages_.guard(output, finger_counts_[user_]);
@@ -245,12 +245,10 @@ auto ReplicaLaw<World>::coordinate(const Peer& peer, int o) noexcept -> Wrench {
 /// Energy over the network port by exact increments (force held while the copy moved), in two
 /// counters that only grow, so that lost packets lose nothing.
 template <typename World>
-void ReplicaLaw<World>::account(const Objects& network,
-                                const std::array<Body, core::kMaxObjects>& before) noexcept {
-  for (int o = 0; o < world_.object_count(); ++o) {
-    const double work = World::work(network[o], before[o], own_.objects[o]);
-    (work > 0.0 ? own_.energy_out : own_.energy_in) += work > 0.0 ? work : -work;
-  }
+void ReplicaLaw<World>::account(const Wrench& network, const Body& before,
+                                const Body& after) noexcept {
+  const double work = World::work(network, before, after);
+  (work > 0.0 ? own_.energy_out : own_.energy_in) += work > 0.0 ? work : -work;
 }
 
 }  // namespace tandem::distributed

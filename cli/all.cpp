@@ -5,6 +5,7 @@ namespace tandem::cli {
 void add_all(CLI::App& app) {
   add_simulate(app);
   add_scene(app);
+  add_replica(app);
 }
 
 std::string version_text() { return "tandem " TANDEM_VERSION " (" TANDEM_REVISION ")"; }

@@ -24,10 +24,8 @@ class Hands {
     }
   }
 
-  [[nodiscard]] HandSample<V> sample(int user) const noexcept {
-    HandSample<V> out{};
+  void sample(int user, HandSample<V>& out) const noexcept {
     for (int f = 0; f < counts_[user]; ++f) out[f] = hands_[user][f].sample();
-    return out;
   }
   void step(int user, const FingerOutput<V>& output, std::int64_t slot) noexcept {
     for (int f = 0; f < counts_[user]; ++f) hands_[user][f].step(output.forces[f], slot);

@@ -37,7 +37,7 @@ class TargetPath {
       if (force_sine_count_ < kMaxSines) force_sines_[force_sine_count_++] = s;
   }
 
-  [[nodiscard]] Target at(double time) const noexcept {
+  [[nodiscard]] Target at(double time) noexcept {
     Target target = blended(time);
     for (int i = 0; i < path_sine_count_; ++i) {
       const SinePart& s = path_sines_[i];
@@ -70,11 +70,12 @@ class TargetPath {
     V offset{0.0};
   };
 
-  [[nodiscard]] Target blended(double time) const noexcept {
+  [[nodiscard]] Target blended(double time) noexcept {
     if (keyframe_count_ == 0 || time <= keyframes_[0].time)
       return {initial_ + (keyframe_count_ > 0 ? keyframes_[0].offset : V{0.0}), V{0.0}};
-    int last = 0;
+    int last = keyframes_[knot_].time <= time ? knot_ : 0;  // time mostly moves on
     while (last + 1 < keyframe_count_ && keyframes_[last + 1].time <= time) ++last;
+    knot_ = last;
     const Knot& from = keyframes_[last];
     if (last + 1 == keyframe_count_) return {initial_ + from.offset, V{0.0}};
     const Knot& to = keyframes_[last + 1];
@@ -92,6 +93,7 @@ class TargetPath {
   std::array<SinePart, kMaxSines> path_sines_{};
   std::array<SinePart, kMaxSines> force_sines_{};
   int keyframe_count_ = 0, path_sine_count_ = 0, force_sine_count_ = 0;
+  int knot_ = 0;  ///< where the last look-up ended; says nothing about the path
 };
 
 }  // namespace tandem::core

@@ -1,0 +1,79 @@
+#include "cli/node_command.h"
+
+#include <cmath>
+#include <cstdio>
+
+#include "cli/commands.h"
+
+namespace tandem::cli {
+
+void NodeArguments::add(CLI::App& command) {
+  command.add_option("--seconds", seconds, "run this long [s]; 0: until Ctrl-C")
+      ->check(CLI::NonNegativeNumber);
+  command.add_option("--record", record, "record every tick and packet into this HDF5 file");
+  command.add_option("--hands", hands, "who moves this user's fingers")
+      ->check(CLI::IsMember({"simulated", "recorded"}))
+      ->capture_default_str();
+  command.add_option("--hand-file", hand_file, "recorded hands: CSV or Tandem recording to play");
+  command.add_option("--hand-columns", hand_columns, "recorded hands: which column drives what");
+  auto* realtime = command.add_option_group("real time");
+  realtime
+      ->add_option("--priority", priority,
+                   "SCHED_FIFO priority of the force loop; 0: stay an ordinary thread")
+      ->check(CLI::Range(0, 99))
+      ->capture_default_str();
+  realtime->add_option("--cpu", cpu, "run the force loop on this processor only")
+      ->check(CLI::NonNegativeNumber);
+  realtime
+      ->add_option("--spin-us", spin_us,
+                   "ask the clock instead of sleeping for the last so many microseconds of each "
+                   "wait; costs that share of a processor (default: 50 where deep sleep is off, "
+                   "else 120)")
+      ->check(CLI::Range(0.0, 1e6));
+  realtime->add_flag("--no-memory-lock", no_memory_lock, "do not lock memory");
+  realtime->add_flag("--no-dma-latency", no_dma_latency,
+                     "let processors fall into deep sleep (saves power, wakes later)");
+  command.add_option("--status-every", status_every,
+                     "a status line every so many seconds [s] (default: live on a terminal, else "
+                     "every 5 s)")
+      ->check(CLI::NonNegativeNumber);
+  command.add_flag("--quiet", quiet, "no status");
+  command
+      .add_option("--start-ns", start_ns,
+                  "when slot 0 is due on this computer's monotonic clock [ns]; 0: at once")
+      ->group("");  // for the demo, whose nodes start together
+  json.add(command);
+}
+
+node::NodeOptions NodeArguments::options(const std::string& bind) const {
+  node::NodeOptions o;
+  o.bind = bind;
+  o.seconds = seconds;
+  o.start_ns = start_ns;
+  o.record_file = record;
+  o.hands = {hands == "recorded", hand_file, hand_columns};
+  if (o.hands.recorded && hand_file.empty())
+    throw CLI::ValidationError("--hands recorded", "needs --hand-file FILE to play");
+  if (!o.hands.recorded && !hand_file.empty())
+    throw CLI::ValidationError("--hand-file", "is only used with --hands recorded");
+  o.realtime.priority = priority;
+  o.realtime.lock_memory = !no_memory_lock;
+  o.realtime.hold_cpu_dma_latency = !no_dma_latency;
+  if (cpu >= 0) o.realtime.cpu = cpu;
+  if (spin_us >= 0.0) o.spin_ns = std::llround(1e3 * spin_us);
+  o.status_every = status_every;
+  o.quiet = quiet;
+  o.program_version = version_text();
+  o.git_revision = TANDEM_REVISION;
+  return o;
+}
+
+void finish(const node::NodeReport& report, const JsonOption& json) {
+  if (!json.to_stdout()) std::fputs(node::to_text(report).c_str(), stdout);
+  std::fflush(stdout);
+  json.write(node::to_json(report));
+  if (!report.failure.empty())
+    throw Failed(report.role + " " + report.user + ": " + report.failure);
+}
+
+}  // namespace tandem::cli

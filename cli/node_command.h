@@ -1,0 +1,34 @@
+#pragma once
+
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/options.h"
+#include "node/node_options.h"
+#include "node/node_report.h"
+
+namespace tandem::cli {
+
+/// The options that server, client and replica have in common.
+struct NodeArguments {
+  JsonOption json;
+  double seconds = 0.0;
+  std::string record;
+  std::string hands = "simulated", hand_file, hand_columns;
+  int priority = 80;
+  int cpu = -1;
+  double spin_us = -1.0;
+  bool no_memory_lock = false, no_dma_latency = false;
+  double status_every = 0.0;
+  bool quiet = false;
+  long long start_ns = 0;
+
+  void add(CLI::App& command);
+  [[nodiscard]] node::NodeOptions options(const std::string& bind) const;
+};
+
+/// Prints the report and writes its JSON; throws Failed when the run ended badly.
+void finish(const node::NodeReport& report, const JsonOption& json);
+
+}  // namespace tandem::cli

@@ -23,8 +23,11 @@ class ReplicaSite {
   using Law = ReplicaLaw<World>;
 
   ReplicaSite(const core::Scene& scene, int user, node::OpenedDevices devices, net::PeerLink& link)
-      : law_(scene, user), hand_(scene.users[user], std::move(devices)), user_(user),
-        user_count_(law_.user_count()), object_count_(static_cast<int>(scene.objects.size())) {
+      : law_(scene, user),
+        hand_(scene.users[user], std::move(devices)),
+        user_(user),
+        user_count_(law_.user_count()),
+        object_count_(static_cast<int>(scene.objects.size())) {
     for (int j = 0; j < user_count_; ++j)
       if (j != user_) peers_[j] = node::PeerPort(link, static_cast<std::uint32_t>(j));
   }
@@ -60,9 +63,7 @@ class ReplicaSite {
     for (int j = 0; j < user_count_; ++j) status.gains[j] = j == user_ ? 1.0 : law_.peer_gain(j);
   }
   void stop() noexcept { hand_.stop(); }
-  void append_devices(std::vector<devices::HapticDevice*>& all) const {
-    hand_.append_devices(all);
-  }
+  void append_devices(std::vector<devices::HapticDevice*>& all) const { hand_.append_devices(all); }
 
  private:
   void send(const core::SiteState<World>& own, std::int64_t slot) noexcept {

@@ -22,7 +22,6 @@ struct ReplicaOptions {
 /// Runs one workstation of a distributed session until its time is over or it is stopped. Returns
 /// how it went, a refusal included (`failure`). Throws before anything runs: std::runtime_error and
 /// std::invalid_argument in words for the user (port in use, unknown user, ...).
-[[nodiscard]] node::NodeReport run_replica(const core::Scene& scene,
-                                           const ReplicaOptions& options);
+[[nodiscard]] node::NodeReport run_replica(const core::Scene& scene, const ReplicaOptions& options);
 
 }  // namespace tandem::distributed

@@ -33,9 +33,10 @@ void NodeArguments::add(CLI::App& command) {
   realtime->add_flag("--no-memory-lock", no_memory_lock, "do not lock memory");
   realtime->add_flag("--no-dma-latency", no_dma_latency,
                      "let processors fall into deep sleep (saves power, wakes later)");
-  command.add_option("--status-every", status_every,
-                     "a status line every so many seconds [s] (default: live on a terminal, else "
-                     "every 5 s)")
+  command
+      .add_option("--status-every", status_every,
+                  "a status line every so many seconds [s] (default: live on a terminal, else "
+                  "every 5 s)")
       ->check(CLI::NonNegativeNumber);
   command.add_flag("--quiet", quiet, "no status");
   command

@@ -1,0 +1,33 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "core/realtime.h"
+
+namespace tandem::node {
+
+/// Who moves the fingers of this node's users.
+struct HandOptions {
+  bool recorded = false;  ///< false: the scene's simulated hands and devices
+  std::string file;       ///< recorded: what to play
+  std::string columns;    ///< recorded: which column drives what; see devices/
+};
+
+/// What every node can be told, whatever its role.
+struct NodeOptions {
+  std::string bind = "0.0.0.0:0";  ///< own "ADDRESS:PORT"
+  double seconds = 0.0;            ///< run this long; 0: until stopped
+  std::int64_t start_ns = 0;  ///< when slot 0 is due on this computer's monotonic clock; 0: soon
+  std::string record_file;    ///< empty: nothing is recorded
+  HandOptions hands;
+  core::RealtimeRequest realtime;
+  std::optional<std::int64_t> spin_ns;  ///< not given: what suits the grant
+  double status_every = 0.0;  ///< [s] between status lines; 0: live on a terminal, else every 5 s
+  bool quiet = false;         ///< no status at all
+  std::string program_version;
+  std::string git_revision;
+};
+
+}  // namespace tandem::node

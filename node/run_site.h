@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cmath>
+#include <cstdio>
+#include <future>
+#include <memory>
+#include <thread>
+#include <vector>
+
+#include "core/clock.h"
+#include "net/peer_link.h"
+#include "node/force_loop.h"
+#include "node/node_report.h"
+#include "node/recording_header.h"
+#include "node/session_setup.h"
+#include "node/stop_request.h"
+#include "node/supervisor.h"
+#include "node/tick_log.h"
+
+namespace tandem::node {
+
+/// Runs a site to its end: force thread here, link thread in `link`, recording thread, and the
+/// caller's own thread as supervisor. Whatever ends it, the devices are stopped, goodbye is said
+/// and the recording is closed. `Site` is what ForceLoop wants, and
+///   void stop() noexcept                                            devices at zero force
+///   void append_devices(std::vector<devices::HapticDevice*>&) const
+/// Throws recording::RecordingError before anything runs.
+template <typename Site>
+[[nodiscard]] NodeReport run_site(Site& site, const SessionSetup& setup, net::PeerLink& link) {
+  core::MonotonicClock clock;
+  LoopShare share;
+  std::vector<devices::HapticDevice*> devices;
+  site.append_devices(devices);
+
+  constexpr std::int64_t kTimeToStart_ns = 100'000'000;
+  typename ForceLoop<Site>::Settings settings;
+  settings.start_ns =
+      setup.options.start_ns > 0 ? setup.options.start_ns : clock.now_ns() + kTimeToStart_ns;
+  settings.rate_hz = setup.scene.rates.local_hz;
+  settings.ticks_per_packet = setup.scene.ticks_per_packet();
+  settings.end_slot = std::llround(setup.options.seconds * settings.rate_hz);
+
+  std::unique_ptr<recording::RecordingWriter> recording;
+  if (!setup.options.record_file.empty())
+    recording = std::make_unique<recording::RecordingWriter>(
+        setup.options.record_file, recording_header(setup, settings.start_ns), setup.columns);
+  TickLog log(recording.get());
+  const SignalGuard signals(share.stop, devices);
+  Supervisor supervisor(setup, link, recording.get(), share, devices);
+  NodeReport report;
+
+  net::ExchangeOptions exchange = setup.exchange;
+  exchange.start_ns = settings.start_ns;
+  link.open_exchange(exchange);
+
+  std::promise<void> asked;
+  std::thread force_thread([&] {
+    const core::RealtimeGrant grant = core::request_realtime(setup.options.realtime);
+    settings.spin_ns = setup.options.spin_ns.value_or(grant.default_spin_ns());
+    report.realtime = grant.settings();
+    report.spin_ns = settings.spin_ns;
+    auto loop = std::make_unique<ForceLoop<Site>>(site, log, share.status, share.heartbeat);
+    asked.set_value();
+    loop->run(settings, share.stop, clock);
+    site.stop();
+    share.ended.store(true, std::memory_order_release);
+  });
+  asked.get_future().wait();
+  tell_realtime(setup, report);
+  try {
+    supervisor.watch();
+  } catch (...) {
+    share.stop.request();
+    force_thread.join();
+    throw;
+  }
+  force_thread.join();
+
+  // What the peers sent in their last slots is still on its way.
+  constexpr auto kLastPackets = std::chrono::milliseconds(100);
+  if (!share.stop.requested()) std::this_thread::sleep_for(kLastPackets);
+  link.stop();
+  if (recording != nullptr) recording->close();
+  supervisor.fill(report);
+  return report;
+}
+
+}  // namespace tandem::node

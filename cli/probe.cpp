@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -88,12 +89,12 @@ void measure(Arguments a, net::UdpLink& link) {
   const net::Endpoint peer = link.resolve(a.peer);
   // Where the JSON object goes to standard output, everything else goes to standard error.
   std::FILE* out = a.json.to_stdout() ? stderr : stdout;
+  const bool show_progress = isatty(STDERR_FILENO) != 0;
   const auto result =
-      net::run_probe(link, peer, a.probe, stop, [](std::uint64_t sent, std::uint64_t received) {
-        fmt::print(stderr, "\r{} sent, {} back ", sent, received);
-        std::fflush(stderr);
+      net::run_probe(link, peer, a.probe, stop, [&](std::uint64_t sent, std::uint64_t received) {
+        if (show_progress) fmt::print(stderr, "\r{} sent, {} back ", sent, received);
       });
-  fmt::print(stderr, "\r");
+  if (show_progress) fmt::print(stderr, "\r\033[K");
   fmt::print(out, "{}\n{}", net::probe_table(result, a.peer), net::probe_histogram(result));
   if (!a.csv.empty()) write_text(a.csv, as_csv(result));
   if (!a.picture.empty()) write_text(a.picture, net::probe_picture(result, a.peer));

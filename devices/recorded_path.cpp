@@ -76,7 +76,7 @@ RecordedPath::Motion RecordedPath::at(double time) const noexcept {
 }
 
 RecordedPath::Motion RecordedPath::within(double time) const noexcept {
-  if (!(time > 0.0)) return {samples_.front().position, Vec3{0.0}};
+  if (!(time >= 0.0)) return {samples_.front().position, Vec3{0.0}};
   if (time >= length()) return {samples_.back().position, Vec3{0.0}};
   const auto next = std::upper_bound(samples_.begin(), samples_.end(), time,
                                      [](double t, const PathSample& s) { return t < s.time; });

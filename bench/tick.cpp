@@ -14,64 +14,80 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "arch_distributed/replica_law.h"
 #include "bench/plain_tick.h"
-#include "core/coordination.h"
-#include "core/plane_body.h"
-#include "core/plane_contact.h"
+#include "core/plane_world.h"
 
 namespace tandem::bench {
 namespace {
 
-constexpr int kFingers = 4;
+using Law = distributed::ReplicaLaw<core::PlaneWorld>;
+
+constexpr int kFingers = 4;  // two users with two each
 constexpr int kWalls = 2;
+constexpr int kTicksPerPacket = 8;
 constexpr int kTicks = 4096;  // 4 s: approach, grasp, carry along y into the floor, back
 
-/// The scene and the prescribed motion of fingers and of the other copy, in both spellings.
+/// The scene and the prescribed motion of the hands and of the other copy, in both spellings. The
+/// plain side is given the peer's samples already held over a packet period.
 struct Session {
+  core::Scene scene;
   PlainScene plain{};
-  core::PlaneBodyParameters body;
-  core::PlaneBox box;
-  core::ContactGains grasp;
-  std::array<core::PlaneWall, kWalls> walls;
-  core::Gain coordination, coordination_rotation;
   std::vector<std::array<PlainFinger, kFingers>> plain_fingers;
-  std::vector<std::array<core::PlanePoint, kFingers>> fingers;
   std::vector<PlainBody> plain_other;
-  std::vector<core::PlaneBody> other;
+  std::vector<core::HandSample<core::Vec2>> own_hand;
+  std::vector<core::SiteState<core::PlaneWorld>> packets;  // one a packet period
 };
 
-struct ReplicaState {
-  core::PlaneBody body;
-  std::array<core::FingerBoxContact, kFingers> contacts;
-  std::array<core::WallContacts, kWalls> walls;
-  std::array<core::Vec2, kFingers> forces{core::Vec2{0.0}, core::Vec2{0.0}, core::Vec2{0.0},
-                                          core::Vec2{0.0}};
-};
+core::Scene make_scene() {
+  core::Scene scene;
+  scene.name = "bench_tick";
+  scene.space = core::Space::kPlane;
+  scene.contact.attached = false;
+  scene.contact.friction = {0.6, 0.5, 0.005};
 
-Session make_session() {
-  Session s;
-  const double T = 1.0 / 1024.0, mass = 0.7, half = 0.05;
-  core::ObjectParameters object;
-  object.mass = mass;
-  object.size = {2 * half, 2 * half, 0.0};
-  object.ground_friction = 0.05;
-  object.ground_friction_rotation = 0.15;
-  s.body = core::plane_body_parameters(object, 9.81);
-  s.box = {{half, half}, 0.0};
-  s.grasp.normal = {800.0, 3.0};
-  s.grasp.tangential = {1200.0, 10.0};
-  s.grasp.friction = {0.6, 0.5, 0.005};
-  core::ContactGains wall;
-  wall.normal = {4000.0, 30.0};
+  core::ObjectParameters box;
+  box.name = "box";
+  box.shape = core::Shape::kBox;
+  box.size = {0.1, 0.1, 0.0};
+  box.mass = 0.7;
+  box.ground_friction = 0.05;
+  box.ground_friction_rotation = 0.15;
+  scene.objects.push_back(box);
+
+  core::WallParameters wall;
+  wall.gain = {4000.0, 30.0};
   wall.tangential = {7000.0, 50.0};
   wall.friction = {0.3, 0.25, 0.005};
-  s.walls[0] = {{0.0, -0.06}, {0.0, 1.0}, wall};
-  s.walls[1] = {{0.06, 0.0}, {-1.0, 0.0}, wall};
-  s.coordination = {400.0, 8.0};
-  s.coordination_rotation = {10.0, 0.1};
+  wall.name = "floor", wall.point = {0.0, -0.06, 0.0}, wall.normal = {0.0, 1.0, 0.0};
+  scene.walls.push_back(wall);
+  wall.name = "right", wall.point = {0.06, 0.0, 0.0}, wall.normal = {-1.0, 0.0, 0.0};
+  scene.walls.push_back(wall);
 
-  PlainScene& p = s.plain;
-  p.T = T, p.mass = mass, p.inertia = 1.0 / s.body.inverse_inertia;
+  for (const char* name : {"1", "2"}) {
+    core::UserParameters user;
+    user.name = name;
+    user.mass = 0.07;
+    user.fingers.resize(2);
+    scene.users.push_back(user);
+    core::CouplerParameters hand;
+    hand.object = "box", hand.user = name, hand.copy = "1";
+    hand.gain = {800.0, 3.0}, hand.tangential = {1200.0, 10.0};
+    scene.couplers.push_back(hand);
+  }
+  core::CouplerParameters copies;
+  copies.object = "box", copies.copy = "1";
+  copies.gain = {400.0, 8.0}, copies.rotation = {10.0, 0.1};
+  scene.couplers.push_back(copies);
+  return scene;
+}
+
+/// The same numbers, written down once more.
+PlainScene make_plain_scene() {
+  const double half = 0.05, mass = 0.7, weight = mass * 9.81;
+  const double mean_radius = half * (std::sqrt(2.0) + std::asinh(1.0)) / 3.0;  // of a square
+  PlainScene p{};
+  p.T = 1.0 / 1024.0, p.mass = mass, p.inertia = mass * (4 * half * half) * 2 / 12;
   p.half_x = p.half_y = half;
   p.kn = 800, p.bn = 3, p.kt = 1200, p.bt = 10, p.mu_s = 0.6, p.mu_k = 0.5, p.v_tr = 0.005;
   p.wkn = 4000, p.wbn = 30, p.wkt = 7000, p.wbt = 50;
@@ -79,12 +95,18 @@ Session make_session() {
   p.wall_x[0] = 0, p.wall_y[0] = -0.06, p.wall_nx[0] = 0, p.wall_ny[0] = 1;
   p.wall_x[1] = 0.06, p.wall_y[1] = 0, p.wall_nx[1] = -1, p.wall_ny[1] = 0;
   p.ko = 400, p.bo = 8, p.kr = 10, p.br = 0.1;
-  p.friction_force = s.body.ground.force, p.friction_torque = s.body.ground.torque;
+  p.friction_force = 0.05 * weight, p.friction_torque = 0.15 * weight * mean_radius;
+  return p;
+}
 
+Session make_session() {
+  Session s;
+  s.scene = make_scene();
+  s.plain = make_plain_scene();
   // Fingers close on the left and right faces in 0.25 s, then go down and up with a slow swing to
   // the right, so that floor and right wall are met at corners, now one, now two.
   for (int k = 0; k < kTicks; ++k) {
-    const double t = k * T;
+    const double t = k * s.plain.T;
     const double ramp = std::min(t / 0.25, 1.0);
     const double x = 0.008 * std::sin(1.7 * t), vx = 0.008 * 1.7 * std::cos(1.7 * t);
     const double y = -0.014 * std::sin(2.0 * t), vy = -0.014 * 2.0 * std::cos(2.0 * t);
@@ -93,41 +115,45 @@ Session make_session() {
     for (int i = 0; i < kFingers; ++i) {
       const double sign = i % 2 == 0 ? -1.0 : 1.0;
       const double high = i < 2 ? 0.012 : -0.015;
-      f[i] = {x + sign * (half + gap), y + high, vx + sign * v_gap, vy};
+      f[i] = {x + sign * (0.05 + gap), y + high, vx + sign * v_gap, vy};
+    }
+    PlainBody o{0.5 * x, 0.5 * y, 0.05 * std::sin(t), 0.5 * vx, 0.5 * vy, 0.05 * std::cos(t)};
+
+    core::HandSample<core::Vec2> own;
+    core::SiteState<core::PlaneWorld> peer;
+    for (int i = 0; i < 2; ++i) {
+      own[i] = {{f[i].x, f[i].y}, {f[i].vx, f[i].vy}};
+      peer.fingers[i] = {{f[i + 2].x, f[i + 2].y}, {f[i + 2].vx, f[i + 2].vy}};
+    }
+    peer.objects[0] = {{o.x, o.y}, o.angle, {o.vx, o.vy}, o.omega};
+    s.own_hand.push_back(own);
+    if (k % kTicksPerPacket == 0) s.packets.push_back(peer);
+
+    if (k % kTicksPerPacket != 0) {
+      f[2] = s.plain_fingers.back()[2];
+      f[3] = s.plain_fingers.back()[3];
+      o = s.plain_other.back();
     }
     s.plain_fingers.push_back(f);
-    std::array<core::PlanePoint, kFingers> points;
-    for (int i = 0; i < kFingers; ++i) points[i] = {{f[i].x, f[i].y}, {f[i].vx, f[i].vy}};
-    s.fingers.push_back(points);
-    const PlainBody o{0.5 * x, 0.5 * y, 0.05 * std::sin(t), 0.5 * vx, 0.5 * vy, 0.05 * std::cos(t)};
     s.plain_other.push_back(o);
-    s.other.push_back({{o.x, o.y}, o.angle, {o.vx, o.vy}, o.omega});
   }
   return s;
 }
 
-/// The planar tick of a replica, of the pieces in core/.
-[[gnu::noinline]] void replica_tick(const Session& s, ReplicaState& z,
-                                    const std::array<core::PlanePoint, kFingers>& fingers,
-                                    const core::PlaneBody& other) noexcept {
-  const core::PlacedBody placed(z.body);
-  const double T = s.plain.T;
-  core::PlaneWrench wrench;
-  for (int i = 0; i < kFingers; ++i) {
-    const core::ContactForces f = touch(z.contacts[i], s.grasp, s.box, placed, fingers[i], T);
-    z.forces[i] = f.on_finger_W;
-    wrench += f.on_body;
-  }
-  for (int w = 0; w < kWalls; ++w) wrench += hold_back(z.walls[w], s.walls[w], s.box, placed, T);
-  wrench += coordinate(s.coordination, s.coordination_rotation, z.body, other);
-  z.body = step(s.body, core::Integrator::kZeroOrderHold, T, z.body, wrench);
+/// One slot of the law: the hand's sample in, a packet every eighth, forces out.
+core::Fault law_slot(const Session& s, Law& law, int k) noexcept {
+  Law::Inputs inputs;
+  if (k % kTicksPerPacket == 0) inputs.fresh[1] = &s.packets[k / kTicksPerPacket];
+  inputs.age[1] = (k % kTicksPerPacket) * s.plain.T;
+  (void)law.observe(s.own_hand[k]);
+  return law.tick(k, inputs).faults;
 }
 
 /// Nanoseconds a tick over one session from rest.
-double time_replica(const Session& s, ReplicaState& z) {
-  z = ReplicaState{};
+double time_law(const Session& s, Law& law) {
+  law = Law(s.scene, 0);
   const auto start = std::chrono::steady_clock::now();
-  for (int k = 0; k < kTicks; ++k) replica_tick(s, z, s.fingers[k], s.other[k]);
+  for (int k = 0; k < kTicks; ++k) (void)law_slot(s, law, k);
   return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start)
              .count() /
          kTicks;
@@ -156,18 +182,16 @@ struct Comparison {
 
 Comparison compare(const Session& s) {
   Comparison out;
-  ReplicaState a;
+  Law a(s.scene, 0);
   PlainState b{};
   for (int k = 0; k < kTicks; ++k) {
-    replica_tick(s, a, s.fingers[k], s.other[k]);
+    (void)law_slot(s, a, k);
     plain_tick(s.plain, b, s.plain_fingers[k].data(), s.plain_other[k]);
-    out.path_difference =
-        std::max(out.path_difference, std::hypot(a.body.p.x - b.body.x, a.body.p.y - b.body.y));
-    for (const auto& c : a.contacts)
-      out.busy_fingers += c.memory.state != core::ContactState::kFree ? 1.0 / kTicks : 0.0;
-    for (const auto& w : a.walls)
-      for (const auto& c : w.corner)
-        out.busy_corners += c.state != core::ContactState::kFree ? 1.0 / kTicks : 0.0;
+    const core::Vec2 p = a.object(0).p;
+    out.path_difference = std::max(out.path_difference, std::hypot(p.x - b.body.x, p.y - b.body.y));
+    for (const PlainContact& c : b.finger) out.busy_fingers += c.state != 0 ? 1.0 / kTicks : 0.0;
+    for (const auto& wall : b.corner)
+      for (const PlainContact& c : wall) out.busy_corners += c.state != 0 ? 1.0 / kTicks : 0.0;
   }
   return out;
 }
@@ -176,10 +200,10 @@ void run(int rounds, const std::string& json_file) {
   const Session s = make_session();
   const Comparison comparison = compare(s);
   std::vector<double> tick_ns, plain_ns;
-  ReplicaState a;
+  Law a;
   PlainState b{};
   for (int r = 0; r < rounds + 2; ++r) {  // interleaved, so that both see the same machine
-    const double tick = time_replica(s, a), plain = time_plain(s, b);
+    const double tick = time_law(s, a), plain = time_plain(s, b);
     if (r < 2) continue;  // warm-up
     tick_ns.push_back(tick);
     plain_ns.push_back(plain);

@@ -101,11 +101,11 @@ template <typename Tangent>
 /// the hand energy when the object is what moves.) The object's impulse is at most m_h v_c.
 ///
 /// Every tick: f_n >= 0, |f_t| <= mu_s f_n; first tick of a touch: zero stretch.
+/// Always inlined: as a call it takes a fifth of a planar tick to pass its values through memory.
 template <typename Tangent>
-[[nodiscard]] inline SurfaceForce<Tangent> press(ContactMemory<Tangent>& memory,
-                                                 const ContactGains& gains,
-                                                 const SurfaceMotion<Tangent>& at,
-                                                 double T) noexcept {
+[[nodiscard, gnu::always_inline]] inline SurfaceForce<Tangent> press(
+    ContactMemory<Tangent>& memory, const ContactGains& gains, const SurfaceMotion<Tangent>& at,
+    double T) noexcept {
   if (!(at.depth > 0.0)) {
     memory.state = ContactState::kFree;
     return {};

@@ -48,6 +48,14 @@ template <typename V>
   v *= 1.0 - limit / std::sqrt(squared);
   return false;
 }
+[[nodiscard]] inline bool rub_on_ground(double limit, double& v) noexcept {
+  if (std::fabs(v) <= limit) {
+    v = 0.0;
+    return true;
+  }
+  v -= std::copysign(limit, v);
+  return false;
+}
 
 /// Way of a body that comes to rest within the tick, `free_v` being its velocity at the end of the
 /// tick without friction: it is braked by the constant deceleration along v0,

@@ -109,9 +109,9 @@ inline void release(FingerBoxContact& contact) noexcept { contact = {}; }
 /// next. Forces act at the finger's centre, where its motion is measured: then the spring's energy
 /// is a function of the finger's place in the box alone and rotation of the box is accounted
 /// exactly (the finger is a pad that turns with the box: no rolling).
-[[nodiscard]] inline ContactForces touch(FingerBoxContact& contact, const ContactGains& gains,
-                                         const PlaneBox& box, const PlacedBody& body,
-                                         const PlanePoint& finger, double T) noexcept {
+[[nodiscard, gnu::always_inline]] inline ContactForces touch(
+    FingerBoxContact& contact, const ContactGains& gains, const PlaneBox& box,
+    const PlacedBody& body, const PlanePoint& finger, double T) noexcept {
   const FingerInBox at = seen_from(body, finger);
   const Vec2 before = contact.before_B;
   const bool seen = contact.seen;

@@ -259,6 +259,19 @@ TEST(PlaneContactLaw, ClosedFrictionLoopsNeverReturnEnergy) {
   }
 }
 
+TEST(PlaneContactLaw, PressingHarderWhileSlidingDoesNotChargeTheSpring) {
+  ContactMemory<double> memory;
+  const ContactGains gains = grasp_gains();
+  double x = 0.0;
+  for (int k = 0; k < 100; ++k) (void)press(memory, gains, {0.001, 0.0, x = 0.1 * k * kT, 0.1}, kT);
+  const double before = x - memory.anchor;
+  EXPECT_NEAR(before, 0.5 * 0.8 / 1200, 1e-12);
+  const double step = 0.1 * kT;
+  const auto f = press(memory, gains, {0.01, 0.0, x + step, 0.1}, kT);  // ten times the load
+  EXPECT_NEAR(f.tangential, -0.5 * 8.0, 1e-12);                         // friction at once
+  EXPECT_NEAR(x + step - memory.anchor, before + step, 1e-12);          // stored by motion only
+}
+
 TEST(PlaneContactLaw, SubBreakawayVibrationDoesNotDrift) {
   ContactMemory<double> memory;
   const ContactGains gains = grasp_gains();

@@ -137,11 +137,11 @@ TEST(PlaneSession, CollisionsWithWallsConserveEnergyToFirstOrderOfTheTick) {
 
 TEST(PlaneSession, RandomSimultaneousContactsNeverLeaveTheBoxFasterThanItCame) {
   // 10^5 throws into a corner of two walls, with friction, dampers and spin; on leaving, the box
-  // must not have more kinetic energy than on arrival. The discretisation may return, per spring
-  // and crossing of the surface, 1/2 k (v T)^2 of the first held tick.
+  // never has more kinetic energy than on arrival. (The dampers take more than the held force of a
+  // tick returns: 30 N s/m against k T / 2 = 2.)
   Random random(17);
   const PlaneBodyParameters p = box_body();
-  int gains = 0, bounced = 0;
+  int bounced = 0;
   for (int trial = 0; trial < 100000; ++trial) {
     const double mu = random.uniform(0.0, 0.8);
     std::array<PlaneWall, 2> walls{PlaneWall{{0.0, 0.0}, {0.0, 1.0}, wall_gains(mu, 0.8 * mu)},
@@ -152,7 +152,6 @@ TEST(PlaneSession, RandomSimultaneousContactsNeverLeaveTheBoxFasterThanItCame) {
                    {-random.uniform(0.0, 1.0), -random.uniform(0.0, 1.0)},
                    random.uniform(-8.0, 8.0)};
     const double before = kinetic(p, body);
-    const double corner_speed = std::sqrt(inner(body.v, body.v)) + 8.0 * 0.065;
     double highest = 0.0;
     bool touched = false;
     for (int k = 0; k < 120; ++k) {
@@ -164,15 +163,10 @@ TEST(PlaneSession, RandomSimultaneousContactsNeverLeaveTheBoxFasterThanItCame) {
       touched |= now;
       if (touched && !now) highest = std::fmax(highest, kinetic(p, body));
     }
-    const double held = corner_speed * kT;
-    const double allowed = 0.5 * (4000 + 7000) * held * held * 4;  // at most 4 corners in contact
-    ASSERT_LE(highest, before + allowed) << trial;
-    if (highest > before) ++gains;
+    ASSERT_LE(highest, before) << trial;
     if (touched) ++bounced;
   }
   EXPECT_GT(bounced, 50000);
-  // And gains of any size are the exception of grazing touches.
-  EXPECT_LT(gains, bounced / 100);
 }
 
 TEST(PlaneSession, MomentumOfFingersAndBoxIsConserved) {

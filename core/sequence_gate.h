@@ -52,7 +52,7 @@ class SequenceGate {
   /// New session: the next number may be 1 again. Counts go on unless asked otherwise.
   void reset(bool counts_too = false) noexcept {
     lost_before_ += lost_in_session();
-    newest_ = first_arrivals_ = 0;
+    newest_ = lowest_ = first_arrivals_ = 0;
     seen_ = {};
     if (counts_too) {
       counts_ = {};
@@ -62,8 +62,9 @@ class SequenceGate {
 
   [[nodiscard]] std::uint64_t newest() const noexcept { return newest_; }  ///< 0: none yet
   [[nodiscard]] const Counts& counts() const noexcept { return counts_; }
-  /// Numbers up to the newest that never arrived, all sessions together. A packet still on its way
-  /// behind a faster one counts as lost until it comes.
+  /// Numbers between the first and the newest arrival that never came, all sessions together:
+  /// whoever starts to listen late has lost nothing. A packet still on its way behind a faster one
+  /// counts as lost until it comes.
   [[nodiscard]] std::uint64_t lost() const noexcept { return lost_before_ + lost_in_session(); }
 
  private:
@@ -73,17 +74,23 @@ class SequenceGate {
       const std::uint64_t clear_from = sequence - newest_ > kWindow ? sequence - kWindow : newest_;
       for (std::uint64_t s = clear_from + 1; s <= sequence; ++s) mark(s, false);
       newest_ = sequence;
-      mark(sequence, true);
-      ++first_arrivals_;
+      arrive(sequence);
       return Gate::kAccept;
     }
     if (sequence == 0 || newest_ - sequence >= kWindow || seen(sequence)) return Gate::kDuplicate;
-    mark(sequence, true);
-    ++first_arrivals_;
+    arrive(sequence);
     return Gate::kOld;
   }
 
-  [[nodiscard]] std::uint64_t lost_in_session() const noexcept { return newest_ - first_arrivals_; }
+  void arrive(std::uint64_t sequence) noexcept {
+    mark(sequence, true);
+    if (first_arrivals_ == 0 || sequence < lowest_) lowest_ = sequence;
+    ++first_arrivals_;
+  }
+
+  [[nodiscard]] std::uint64_t lost_in_session() const noexcept {
+    return first_arrivals_ == 0 ? 0 : newest_ - lowest_ + 1 - first_arrivals_;
+  }
 
   [[nodiscard]] bool seen(std::uint64_t s) const noexcept {
     return (seen_[(s % kWindow) / 64] >> (s % 64) & 1u) != 0;
@@ -95,6 +102,7 @@ class SequenceGate {
   }
 
   std::uint64_t newest_ = 0;
+  std::uint64_t lowest_ = 0;          ///< smallest that arrived in this session
   std::uint64_t first_arrivals_ = 0;  ///< of this session
   std::uint64_t lost_before_ = 0;     ///< in earlier sessions
   std::array<std::uint64_t, kWindow / 64> seen_{};

@@ -214,6 +214,7 @@ void PeerLink::on_control(std::span<const std::uint8_t> datagram, const Endpoint
 
 void PeerLink::on_state(std::span<const std::uint8_t> datagram, const Endpoint& from,
                         std::int64_t now_ns) {
+  if (!exchange_) return;  // we are still building our laws: nobody's fault
   core::StatePacket packet;
   Decode answer = decoder_.decode(datagram, packet);
   const auto found = std::find_if(peers_.begin(), peers_.end(), [&](const auto& p) {

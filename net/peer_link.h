@@ -121,7 +121,8 @@ class PeerLink {
   /// not answered in time, or `seconds` are over. Without hosts to join it returns at once, joined.
   [[nodiscard]] JoinResult wait_until_joined(double seconds);
 
-  /// Begins to exchange state. May be called again with other options.
+  /// Begins to exchange state: until then state packets are dropped uncounted. May be called again
+  /// with other options.
   void open_exchange(const ExchangeOptions& options);
 
   /// Where the force loop puts its newest packet for this sender (user index or kServerSender).

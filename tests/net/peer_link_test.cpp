@@ -290,6 +290,23 @@ TEST(PeerLink, LeavingIsToldToTheForceLoopOfTheOther) {
   EXPECT_FALSE(server.status(0).connected);
 }
 
+TEST(PeerLink, AClientThatIsReadyLateHasNeitherLostNorRejectedAnything) {
+  PeerLink server(hosting(core::kServerSender, {Seat::kOpen}));
+  server.start();
+  PeerLink one(joining({address_of(server)}, "1"));
+  one.start();
+  ASSERT_TRUE(one.wait_until_joined(5).joined);
+  const std::int64_t start = now_ns();
+  ForceLoop s(server, core::kServerSender, {0}, start);
+  ASSERT_TRUE(eventually([&] { return server.statistics(0).packets_sent > 20; }));
+  ForceLoop a(one, 0, {core::kServerSender}, start);
+  ASSERT_TRUE(eventually([&] { return one.statistics(core::kServerSender).accepted > 10; }));
+  const LinkSnapshot t = one.statistics(core::kServerSender);
+  EXPECT_EQ(t.lost, 0u);
+  EXPECT_EQ(t.by_reason.rejected(), 0u);
+  EXPECT_EQ(one.strays().rejected(), 0u);
+}
+
 // Over the in-process network with a cable that can be cut: silence, loss, copies, all at will.
 TEST(PeerLink, ACutCableMeansANewEpochAndANewSessionAfterwards) {
   std::atomic<bool> cut{false};

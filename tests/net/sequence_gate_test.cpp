@@ -36,6 +36,17 @@ TEST(SequenceGate, OneAbsurdNumberDoesNotLockOutThePeer) {
   EXPECT_EQ(gate.admit(11), Gate::kAccept);
 }
 
+TEST(SequenceGate, WhoeverStartsToListenLateHasLostNothing) {
+  SequenceGate gate;
+  EXPECT_EQ(gate.lost(), 0u);
+  EXPECT_EQ(gate.admit(50), Gate::kAccept);
+  EXPECT_EQ(gate.lost(), 0u);
+  EXPECT_EQ(gate.admit(52), Gate::kAccept);
+  EXPECT_EQ(gate.lost(), 1u);
+  EXPECT_EQ(gate.admit(48), Gate::kOld);
+  EXPECT_EQ(gate.lost(), 2u);  // 49 and 51
+}
+
 TEST(SequenceGate, ANewSessionStartsAtOneAgainAndKeepsTheCounts) {
   SequenceGate gate;
   EXPECT_EQ(gate.admit(1), Gate::kAccept);
@@ -71,7 +82,7 @@ TEST(SequenceGate, AgreesWithASetOfEverythingThatArrived) {
     if (expected != Gate::kDuplicate) arrived.insert(sequence);
     newest = std::max(newest, sequence);
   }
-  EXPECT_EQ(gate.lost(), newest - arrived.size());
+  EXPECT_EQ(gate.lost(), newest - *arrived.begin() + 1 - arrived.size());
 }
 
 }  // namespace

@@ -5,6 +5,8 @@ namespace tandem::cli {
 void add_all(CLI::App& app) {
   add_simulate(app);
   add_scene(app);
+  add_server(app);
+  add_client(app);
   add_replica(app);
 }
 

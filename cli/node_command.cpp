@@ -16,6 +16,11 @@ void NodeArguments::add(CLI::App& command) {
       ->capture_default_str();
   command.add_option("--hand-file", hand_file, "recorded hands: CSV or Tandem recording to play");
   command.add_option("--hand-columns", hand_columns, "recorded hands: which column drives what");
+  command
+      .add_option("--hand-after", hand_after,
+                  "recorded hands: the scene's script goes on, and the recording's displacement is "
+                  "added to it from this time on [s]")
+      ->check(CLI::NonNegativeNumber);
   auto* realtime = command.add_option_group("real time");
   realtime
       ->add_option("--priority", priority,
@@ -52,7 +57,8 @@ node::NodeOptions NodeArguments::options(const std::string& bind) const {
   o.seconds = seconds;
   o.start_ns = start_ns;
   o.record_file = record;
-  o.hands = {hands == "recorded", hand_file, hand_columns};
+  o.hands = {hands == "recorded", hand_file, hand_columns, {}};
+  if (hand_after >= 0.0) o.hands.after = hand_after;
   if (o.hands.recorded && hand_file.empty())
     throw CLI::ValidationError("--hands recorded", "needs --hand-file FILE to play");
   if (!o.hands.recorded && !hand_file.empty())

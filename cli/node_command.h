@@ -16,6 +16,7 @@ struct NodeArguments {
   double seconds = 0.0;
   std::string record;
   std::string hands = "simulated", hand_file, hand_columns;
+  double hand_after = -1.0;
   int priority = 80;
   int cpu = -1;
   double spin_us = -1.0;

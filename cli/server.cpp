@@ -1,0 +1,37 @@
+#include <memory>
+
+#include "arch_central/server_node.h"
+#include "cli/commands.h"
+#include "cli/node_command.h"
+#include "cli/options.h"
+
+namespace tandem::cli {
+
+namespace {
+
+struct ServerArguments {
+  SceneOption scene;
+  NodeArguments node;
+  std::string bind = "0.0.0.0:7000";
+};
+
+}  // namespace
+
+void add_server(CLI::App& app) {
+  auto arguments = std::make_shared<ServerArguments>();
+  CLI::App* command = app.add_subcommand(
+      "server",
+      "simulates the objects of a central session; users who are `local` in the scene sit here,\n"
+      "the others join with `tandem client`. A scene with one user and no network runs here too");
+  arguments->scene.add(*command);
+  command->add_option("--bind", arguments->bind, "own ADDRESS:PORT; port 0: any")
+      ->capture_default_str();
+  arguments->node.add(*command);
+  command->callback([arguments] {
+    const core::Scene scene = arguments->scene.load();
+    finish(central::run_server(scene, arguments->node.options(arguments->bind)),
+           arguments->node.json);
+  });
+}
+
+}  // namespace tandem::cli

@@ -335,8 +335,9 @@ void PeerLink::leave_peer(std::uint32_t sender, std::int64_t now_ns) {
 
 /// Sends what the force loop has published. Returns when to look again.
 std::int64_t PeerLink::look_in_outboxes(std::int64_t now_ns) {
-  constexpr std::int64_t kFarAhead_ns = 1'000'000'000;
-  if (!exchange_) return now_ns + kFarAhead_ns;
+  // Nobody wakes us when the exchange opens; slot 0 may be only milliseconds after that.
+  constexpr std::int64_t kUntilOpen_ns = 1'000'000;
+  if (!exchange_) return now_ns + kUntilOpen_ns;
   const double period_ns = 1e9 / exchange_->packet_hz;
   const auto due = [&](std::int64_t slot) {
     return exchange_->start_ns + std::llround(static_cast<double>(slot) * period_ns);

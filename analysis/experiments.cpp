@@ -32,10 +32,10 @@ double growth_at_grasp(const Scene& scene) {
 }
 
 Table run_both_users(const Scene& scene, double seconds) {
-  Table table{{"t_s", "box_x_m", "box_y_m", "box_angle_rad", "user1_a_fx_N", "user1_a_fy_N",
-               "user1_b_fx_N", "user1_b_fy_N", "user2_a_fx_N", "user2_a_fy_N", "user2_b_fx_N",
-               "user2_b_fy_N"},
-              {}};
+  Table table{
+      {"t_s", "box_x_m", "box_y_m", "box_angle_rad", "user1_a_fx_N", "user1_a_fy_N", "user1_b_fx_N",
+       "user1_b_fy_N", "user2_a_fx_N", "user2_a_fy_N", "user2_b_fx_N", "user2_b_fy_N"},
+      {}};
   with_loop_of<PlaneWorld>(scene, one_packet_round_trip(scene), [&](auto& loop) {
     while (loop.time() < seconds) {
       loop.advance_packet_period();
@@ -169,9 +169,9 @@ Fig81 run_fig_8_1(const SceneSource& scenes, double seconds) {
 
 Fig83 run_fig_8_3(const SceneSource& scenes) {
   const Scene hold = carrying_scene(scenes("box_distributed", {}));
-  const Scene compensated = carrying_scene(scenes(
-      "box_distributed",
-      {"object.box.compensation=0.88", "object.box.compensation_rotation=0.025"}));
+  const Scene compensated =
+      carrying_scene(scenes("box_distributed", {"object.box.compensation=0.88",
+                                                "object.box.compensation_rotation=0.025"}));
   const Scene extrapolated =
       carrying_scene(scenes("box_distributed", {"reconstruction.kind=EXTRAPOLATE"}));
   const Scene central = carrying_scene(scenes("box_central", {}));
@@ -184,8 +184,8 @@ Fig83 run_fig_8_3(const SceneSource& scenes) {
   out.compensated = runs[1].rms;
   out.extrapolated = runs[2].rms;
   out.central_local = runs[3].rms;
-  out.forces.columns = {"t_s", "ideal_N", "hold_N", "compensated_N", "extrapolated_N",
-                        "central_local_N"};
+  out.forces.columns = {"t_s",           "ideal_N",        "hold_N",
+                        "compensated_N", "extrapolated_N", "central_local_N"};
   for (std::size_t i = 0; i < runs[0].samples.size(); ++i) {
     const double t = static_cast<double>(i + 1) / hold.rates.packet_hz;
     out.forces.rows.push_back({t, -peak * std::sin(kOmega * t), runs[0].samples[i],
@@ -209,7 +209,8 @@ Fig84 run_fig_8_4(const SceneSource& scenes) {
   for (std::size_t i = 0; i < at_server.size(); ++i) {
     const double t = static_cast<double>(i + 1) / central.rates.packet_hz;
     out.travel.rows.push_back(
-        {t, t < kJoined ? 0.0 : std::max(0.0, 1.5 * std::sin(3.0 * (t - kJoined))), at_server[i], remote[i], distributed[i]});
+        {t, t < kJoined ? 0.0 : std::max(0.0, 1.5 * std::sin(3.0 * (t - kJoined))), at_server[i],
+         remote[i], distributed[i]});
   }
   return out;
 }

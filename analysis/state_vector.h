@@ -22,14 +22,22 @@ class StateCollector {
   explicit StateCollector(std::vector<StateEntry>& out) : out_(&out) {}
 
   template <typename V>
-  void position(V& x) { all(x, StateKind::kPosition); }
+  void position(V& x) {
+    all(x, StateKind::kPosition);
+  }
   template <typename V>
-  void velocity(V& x) { all(x, StateKind::kVelocity); }
+  void velocity(V& x) {
+    all(x, StateKind::kVelocity);
+  }
   template <typename V>
-  void force(V& x) { all(x, StateKind::kForce); }
+  void force(V& x) {
+    all(x, StateKind::kForce);
+  }
   void angle(double& x) { out_->push_back({&x, StateKind::kAngle, 0}); }
   template <typename V>
-  void angular_velocity(V& x) { all(x, StateKind::kAngularVelocity); }
+  void angular_velocity(V& x) {
+    all(x, StateKind::kAngularVelocity);
+  }
   void orientation(core::Quat& q) {
     for (double* part : {&q.w, &q.x, &q.y, &q.z})
       out_->push_back({part, StateKind::kOrientation, 0});

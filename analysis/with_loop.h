@@ -33,9 +33,12 @@ decltype(auto) with_loop_of(const core::Scene& scene, const core::NetworkModel& 
 template <typename Use>
 decltype(auto) with_loop(const core::Scene& scene, const core::NetworkModel& network, Use&& use) {
   switch (scene.space) {
-    case core::Space::kAxis: return with_loop_of<core::AxisWorld>(scene, network, use);
-    case core::Space::kPlane: return with_loop_of<core::PlaneWorld>(scene, network, use);
-    case core::Space::kSpace: return with_loop_of<core::SpaceWorld>(scene, network, use);
+    case core::Space::kAxis:
+      return with_loop_of<core::AxisWorld>(scene, network, use);
+    case core::Space::kPlane:
+      return with_loop_of<core::PlaneWorld>(scene, network, use);
+    case core::Space::kSpace:
+      return with_loop_of<core::SpaceWorld>(scene, network, use);
   }
   throw std::invalid_argument("a scene of no known space");
 }

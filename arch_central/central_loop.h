@@ -23,8 +23,10 @@ class CentralLoop {
   using Reply = core::ServerReply<World>;
 
   explicit CentralLoop(const core::Scene& scene, const core::NetworkModel& network = {})
-      : users_(static_cast<int>(scene.users.size())), T_(scene.tick()),
-        ticks_per_packet_(scene.ticks_per_packet()), hands_(scene),
+      : users_(static_cast<int>(scene.users.size())),
+        T_(scene.tick()),
+        ticks_per_packet_(scene.ticks_per_packet()),
+        hands_(scene),
         server_(scene) {
     constexpr int kServer = core::NetworkModel::kServer;
     next_packet_[kServer] = network.phase_ticks[kServer];

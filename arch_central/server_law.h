@@ -70,8 +70,7 @@ class ServerLaw {
   void visit_state(Visitor&& visitor) {
     for (int o = 0; o < world_.object_count(); ++o) World::visit_body(objects_[o], visitor);
     for (int u = 0; u < user_count_; ++u)
-      if (!users_[u].local)
-        core::visit_site(users_[u].hand, {users_[u].fingers, 0}, visitor);
+      if (!users_[u].local) core::visit_site(users_[u].hand, {users_[u].fingers, 0}, visitor);
     for (int u = 0; u < user_count_; ++u)
       users_[u].latency.visit_state({users_[u].fingers, u == 0 ? world_.object_count() : 0},
                                     visitor);
@@ -84,6 +83,7 @@ class ServerLaw {
   struct User {
     bool local = false;
     int fingers = 0;
+    std::array<double, core::kMaxFingers> radius{};  ///< [m]
     core::FingerStages<Vector> stages;
     core::Presence presence;
     core::Latency<Vector, Wrench> latency;  ///< of the objects in the first user's
@@ -117,7 +117,8 @@ class ServerLaw {
 
 template <typename World>
 ServerLaw<World>::ServerLaw(const core::Scene& scene) noexcept
-    : world_(scene, 1.0), reconstruction_(scene.reconstruction),
+    : world_(scene, 1.0),
+      reconstruction_(scene.reconstruction),
       user_count_(static_cast<int>(scene.users.size())) {
   for (int o = 0; o < world_.object_count(); ++o)
     objects_[o] = World::initial_body(scene.objects[o]);
@@ -131,8 +132,10 @@ ServerLaw<World>::ServerLaw(const core::Scene& scene) noexcept
     else
       user.presence = core::Presence(scene.silence, scene.tick());
     user.latency = core::Latency<Vector, Wrench>(scene.rates.latency_ticks);
-    for (int f = 0; f < user.fingers; ++f)
+    for (int f = 0; f < user.fingers; ++f) {
       user.hand.fingers[f].p = core::from_vec3<Vector>(parameters.fingers[f].position);
+      user.radius[f] = parameters.fingers[f].radius;
+    }
     for (const core::CouplerParameters& coupler : scene.couplers) {
       const int o = core::index_of(scene.objects, coupler.object);
       if (coupler.user != parameters.name || o < 0) continue;
@@ -196,7 +199,8 @@ void ServerLaw<World>::finish(User& user) noexcept {
   if (world_.has_walls())
     for (int f = 0; f < user.fingers; ++f)
       user.output.forces[f] +=
-          world_.walls_on_finger(user.walls[f], user.finger(f)) * user.presence.gain();
+          world_.walls_on_finger(user.walls[f], user.finger(f), user.radius[f]) *
+          user.presence.gain();
   user.latency.delay(user.output, user.fingers);
   if (user.local) user.stages.guard(user.output, user.fingers);
 }

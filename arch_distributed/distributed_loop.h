@@ -20,8 +20,10 @@ class DistributedLoop {
   using Site = core::SiteState<World>;
 
   explicit DistributedLoop(const core::Scene& scene, const core::NetworkModel& network = {})
-      : users_(static_cast<int>(scene.users.size())), T_(scene.tick()),
-        ticks_per_packet_(scene.ticks_per_packet()), hands_(scene) {
+      : users_(static_cast<int>(scene.users.size())),
+        T_(scene.tick()),
+        ticks_per_packet_(scene.ticks_per_packet()),
+        hands_(scene) {
     for (int i = 0; i < users_; ++i) {
       laws_.emplace_back(scene, i);
       next_packet_[i] = network.phase_ticks[i];

@@ -94,6 +94,7 @@ class ReplicaLaw {
   core::ReconstructionParameters reconstruction_{};
   int user_ = 0, user_count_ = 0;
   std::array<int, core::kMaxUsers> finger_counts_{};
+  std::array<double, core::kMaxFingers> radius_{};  ///< of the own fingers [m]
 
   std::array<std::array<std::array<Grasp, core::kMaxObjects>, core::kMaxFingers>, core::kMaxUsers>
       grasps_{};
@@ -102,8 +103,7 @@ class ReplicaLaw {
   core::FingerStages<Vector> stages_{};
   Site own_{};
   std::array<Peer, core::kMaxUsers> peers_{};
-  std::array<std::array<std::array<Contact, core::kMaxObjects>, core::kMaxFingers>,
-             core::kMaxUsers>
+  std::array<std::array<std::array<Contact, core::kMaxObjects>, core::kMaxFingers>, core::kMaxUsers>
       contacts_{};
   std::array<typename World::ObjectWalls, core::kMaxObjects> object_walls_{};
   std::array<typename World::FingerWalls, core::kMaxFingers> finger_walls_{};
@@ -116,9 +116,11 @@ ReplicaLaw<World>::ReplicaLaw(const core::Scene& scene, int user) noexcept
     : world_(scene, scene.architecture == core::Architecture::kDistributedSplit
                         ? 1.0 / static_cast<double>(scene.users.size())
                         : 1.0),
-      reconstruction_(scene.reconstruction), user_(user),
+      reconstruction_(scene.reconstruction),
+      user_(user),
       user_count_(static_cast<int>(scene.users.size())),
-      stages_(scene, user), latency_(scene.rates.latency_ticks) {
+      stages_(scene, user),
+      latency_(scene.rates.latency_ticks) {
   for (int j = 0; j < user_count_; ++j) {
     const core::UserParameters& other = scene.users[j];
     finger_counts_[j] = static_cast<int>(other.fingers.size());
@@ -130,6 +132,7 @@ ReplicaLaw<World>::ReplicaLaw(const core::Scene& scene, int user) noexcept
       peer.held.objects[o] = World::initial_body(scene.objects[o]);
   }
   own_ = peers_[user].held;
+  for (int f = 0; f < finger_counts_[user]; ++f) radius_[f] = scene.users[user].fingers[f].radius;
 
   for (const core::CouplerParameters& coupler : scene.couplers) {
     if (coupler.copy != scene.users[user].name) continue;
@@ -166,8 +169,8 @@ auto ReplicaLaw<World>::tick(std::int64_t slot, const Inputs& inputs) noexcept -
     for (int j = 0; j < user_count_; ++j) {
       const Peer& peer = peers_[j];
       if (j == user_ || peer.presence.silent()) continue;
-      network += World::scaled(remote_hand(j, o, placed) + coordinate(peer, o),
-                                  peer.presence.gain());
+      network +=
+          World::scaled(remote_hand(j, o, placed) + coordinate(peer, o), peer.presence.gain());
     }
     Wrench wrench = latency_.delayed(o, own_wrench_[o] + network);
     if (world_.has_walls()) wrench += world_.walls_on_object(o, object_walls_[o], placed);
@@ -177,7 +180,7 @@ auto ReplicaLaw<World>::tick(std::int64_t slot, const Inputs& inputs) noexcept -
   }
   if (world_.has_walls())
     for (int f = 0; f < finger_counts_[user_]; ++f)
-      output.forces[f] += world_.walls_on_finger(finger_walls_[f], own_.fingers[f]);
+      output.forces[f] += world_.walls_on_finger(finger_walls_[f], own_.fingers[f], radius_[f]);
 
   latency_.delay(output, finger_counts_[user_]);
   stages_.guard(output, finger_counts_[user_]);
@@ -194,8 +197,8 @@ void ReplicaLaw<World>::accept(std::int64_t slot, const Inputs& inputs) noexcept
     peer.advance = core::advance_by_age(reconstruction_, inputs.age[j]);
     if (!peer.presence.update(fresh, slot)) continue;
     for (int o = 0; o < world_.object_count(); ++o)
-      peer.seat[o] = World::difference(World::advance(peer.held.objects[o], peer.advance),
-                                       own_.objects[o]);
+      peer.seat[o] =
+          World::difference(World::advance(peer.held.objects[o], peer.advance), own_.objects[o]);
     for (int f = 0; f < finger_counts_[j]; ++f)
       for (int o = 0; o < world_.object_count(); ++o) contacts_[j][f][o] = Contact{};
   }
@@ -218,8 +221,8 @@ auto ReplicaLaw<World>::own_hand(int o, const typename World::Placed& object,
 }
 
 template <typename World>
-auto ReplicaLaw<World>::remote_hand(int user, int o,
-                                    const typename World::Placed& object) noexcept -> Wrench {
+auto ReplicaLaw<World>::remote_hand(int user, int o, const typename World::Placed& object) noexcept
+    -> Wrench {
   const Peer& peer = peers_[user];
   Wrench wrench{};
   for (int f = 0; f < finger_counts_[user]; ++f) {

@@ -12,8 +12,8 @@ namespace tandem::cli {
 
 void SceneOption::add(CLI::App& command, const std::string& default_scene) {
   scene = default_scene;
-  auto* option = command.add_option("--scene", scene,
-                                    "scene: a name (`tandem scene list`) or a file");
+  auto* option =
+      command.add_option("--scene", scene, "scene: a name (`tandem scene list`) or a file");
   if (default_scene.empty())
     option->required();
   else
@@ -49,8 +49,7 @@ nlohmann::ordered_json number(double value) {
 
 void write_text(const std::string& file, const std::string& text) {
   std::FILE* out = std::fopen(file.c_str(), "wb");
-  if (out == nullptr)
-    throw Failed("cannot write " + file + ": " + std::strerror(errno));
+  if (out == nullptr) throw Failed("cannot write " + file + ": " + std::strerror(errno));
   const bool written = std::fwrite(text.data(), 1, text.size(), out) == text.size();
   const bool closed = std::fclose(out) == 0;
   if (!written || !closed)

@@ -1,10 +1,9 @@
 #include "cli/picture.h"
 
-#include <sys/wait.h>
-#include <unistd.h>
-
 #include <cstdio>
 #include <filesystem>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <fmt/format.h>
 

@@ -15,9 +15,12 @@ struct SceneCommand {
 
 const char* space_name(core::Space space) {
   switch (space) {
-    case core::Space::kAxis: return "axis";
-    case core::Space::kPlane: return "plane";
-    case core::Space::kSpace: return "space";
+    case core::Space::kAxis:
+      return "axis";
+    case core::Space::kPlane:
+      return "plane";
+    case core::Space::kSpace:
+      return "space";
   }
   return "?";
 }

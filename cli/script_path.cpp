@@ -1,9 +1,8 @@
 #include "cli/script_path.h"
 
+#include <filesystem>
 #include <spawn.h>
 #include <sys/wait.h>
-
-#include <filesystem>
 
 extern char** environ;
 

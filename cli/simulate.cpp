@@ -93,8 +93,8 @@ double widest_gap(const Loop& loop) {
   return widest;
 }
 
-/// Runs the session for its own sake: first as fast as it goes and timed, then, if wanted, once more
-/// from the start with everything written down.
+/// Runs the session for its own sake: first as fast as it goes and timed, then, if wanted, once
+/// more from the start with everything written down.
 template <typename Loop>
 Run run_session(const Loop& start, double seconds, bool record, bool has_object) {
   Run run;
@@ -188,10 +188,11 @@ void simulate_scene(const SimulateOptions& o) {
     json["object_pose"].push_back(values);
   }
 
-  std::string text = fmt::format("{}: {:.6g} s in {:.3g} s; {:.0f} times real time on one core\n", scene.name,
-                                 o.seconds, run.wall_s, run.speedup);
-  text += fmt::format("  packets sent {}, accepted {}; gap between copies rms {:.3g} m, max {:.3g} m\n",
-                      run.sent, run.accepted, run.gap_rms, run.gap_max);
+  std::string text = fmt::format("{}: {:.6g} s in {:.3g} s; {:.0f} times real time on one core\n",
+                                 scene.name, o.seconds, run.wall_s, run.speedup);
+  text +=
+      fmt::format("  packets sent {}, accepted {}; gap between copies rms {:.3g} m, max {:.3g} m\n",
+                  run.sent, run.accepted, run.gap_rms, run.gap_max);
 
   const bool can_grow = has_object && scene.space != core::Space::kSpace && !o.no_growth;
   if (can_grow) {
@@ -217,17 +218,17 @@ void simulate_scene(const SimulateOptions& o) {
   if (has_object && scene.space == core::Space::kAxis) {
     const int user = analysis::drag_user(scene);
     const core::Scene alone = analysis::with_one_hand(scene, scene.users[user].name);
-    const auto drag =
-        analysis::with_loop_of<core::AxisWorld>(alone, network, [&](auto& loop) {
-          return analysis::measure_drag(loop, user, scene.tick());
-        });
+    const auto drag = analysis::with_loop_of<core::AxisWorld>(alone, network, [&](auto& loop) {
+      return analysis::measure_drag(loop, user, scene.tick());
+    });
     json["drag_n_s_per_m"] = drag.n_s_per_m ? number(*drag.n_s_per_m) : nullptr;
     json["drag_user"] = scene.users[user].name;
     json["drag_motion_prescribed"] = drag.prescribed;
     if (drag.n_s_per_m)
-      text += fmt::format("  drag felt by user {} in free motion {:.10f} N s/m{}\n",
-                          scene.users[user].name, *drag.n_s_per_m,
-                          drag.prescribed ? " (motion prescribed: no steady state under force)" : "");
+      text +=
+          fmt::format("  drag felt by user {} in free motion {:.10f} N s/m{}\n",
+                      scene.users[user].name, *drag.n_s_per_m,
+                      drag.prescribed ? " (motion prescribed: no steady state under force)" : "");
     else
       text += fmt::format("  drag felt by user {}: no steady state\n", scene.users[user].name);
   }
@@ -268,9 +269,9 @@ void run_experiment(const SimulateOptions& o) {
     const auto r = analysis::run_fig_8_1(scenes);
     json["central_growth_per_packet"] = number(r.central_growth_per_packet);
     json["distributed_growth_per_packet"] = number(r.distributed_growth_per_packet);
-    json["contact_force_rms_n"] = {{"central_user2_a_x", root_mean_square(r.central_run, 8)},
-                                   {"distributed_user2_a_x",
-                                    root_mean_square(r.distributed_run, 8)}};
+    json["contact_force_rms_n"] = {
+        {"central_user2_a_x", root_mean_square(r.central_run, 8)},
+        {"distributed_user2_a_x", root_mean_square(r.distributed_run, 8)}};
     text = fmt::format(
         "Fig 8.1, round trip one packet period, linearised at the grasp\n"
         "  centralized, Table 8.1:  grows {:.5f} times a packet period ({})\n"
@@ -294,7 +295,8 @@ void run_experiment(const SimulateOptions& o) {
         "  hold, compensated       {:.4f} N   (0.88 N s/m, 0.025 N m s/rad)\n"
         "  extrapolated            {:.4f} N\n  centralized, local user {:.4f} N\n"
         "The thesis reports a noticeably larger force without compensation and a significant\n"
-        "improvement with 0.88 N s/m. 0.88 fits N = 2, not the N = 8 of the experiment, so here it\n"
+        "improvement with 0.88 N s/m. 0.88 fits N = 2, not the N = 8 of the experiment, so here "
+        "it\n"
         "gives back only part of the drag. Ground friction is left out: it would bury m a.\n",
         r.ideal, r.hold, r.compensated, r.extrapolated, r.central_local);
     tables = {{"fig8.3", r.forces}};
@@ -342,15 +344,18 @@ void add_simulate(CLI::App& app) {
   command->add_option("--seconds", o->seconds, "virtual time [s]")
       ->check(CLI::Range(0.001, 1e6))
       ->capture_default_str();
-  command->add_option("--delay-packets", o->delay_packets,
-                      "round trip in packet periods, all on link 1 to 2 (central: on the force)")
+  command
+      ->add_option("--delay-packets", o->delay_packets,
+                   "round trip in packet periods, all on link 1 to 2 (central: on the force)")
       ->check(CLI::Range(0.0, 7.0))
       ->capture_default_str();
   command->add_option("--link-delay-ms", o->link_delay_ms, "delay of every link, one way [ms]")
       ->check(CLI::Range(0.0, 1000.0));
   command->add_option("--jitter-ms", o->jitter_ms, "jitter of every link [ms]")
       ->check(CLI::Range(0.0, 500.0));
-  command->add_option("--jitter-kind", o->jitter_kind, "normal (sd), uniform (half width), exponential (mean)")
+  command
+      ->add_option("--jitter-kind", o->jitter_kind,
+                   "normal (sd), uniform (half width), exponential (mean)")
       ->check(CLI::IsMember({"normal", "uniform", "exponential"}));
   command->add_option("--loss", o->loss, "share of packets lost")->check(CLI::Range(0.0, 1.0));
   command->add_option("--duplicate", o->duplicate, "share of packets doubled")

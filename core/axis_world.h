@@ -4,7 +4,6 @@
 #include <cstdint>
 
 #include "core/axis_state.h"
-#include "core/coulomb.h"
 #include "core/finger_sample.h"
 #include "core/integrate.h"
 #include "core/reconstruction.h"
@@ -47,14 +46,14 @@ class AxisWorld {
   AxisWorld() noexcept = default;
   /// `mass_share`: part of each object's mass that this copy carries, 1 or 1/N.
   AxisWorld(const Scene& scene, double mass_share) noexcept
-      : T_(scene.tick()), integrator_(scene.integrator),
+      : T_(scene.tick()),
+        integrator_(scene.integrator),
         object_count_(static_cast<int>(scene.objects.size())),
         wall_count_(static_cast<int>(scene.walls.size())) {
     for (int o = 0; o < object_count_; ++o) {
       const ObjectParameters& object = scene.objects[o];
       const double mass = object.mass * mass_share;
-      objects_[o] = {1.0 / mass, object.compensation,
-                     T_ * object.ground_friction * scene.gravity};
+      objects_[o] = {1.0 / mass, object.compensation, object.ground_friction * scene.gravity};
     }
     for (int w = 0; w < wall_count_; ++w) {
       const WallParameters& wall = scene.walls[w];
@@ -111,21 +110,22 @@ class AxisWorld {
     return force;
   }
 
-  [[nodiscard]] Vector walls_on_finger(FingerWalls&,
-                                       const FingerSample<double>& finger) const noexcept {
+  [[nodiscard]] Vector walls_on_finger(
+      FingerWalls&, const FingerSample<double>& finger,
+      double /*radius: a finger on an axis is a point*/) const noexcept {
     double force = 0.0;
     for (int w = 0; w < wall_count_; ++w)
       if (walls_[w].fingers) force += push(walls_[w], finger.p, finger.v);
     return force;
   }
 
-  /// One tick of an object: compensation (negative damping, chapter 6) is evaluated at the tick and held.
+  /// One tick of an object: compensation (negative damping, chapter 6) is evaluated at the tick and
+  /// held.
   [[nodiscard]] Body step(int o, const Body& body, Wrench force) const noexcept {
     const Object& object = objects_[o];
     if (object.compensation != 0.0) force += object.compensation * body.v;
     Body next = body;
-    integrate(integrator_, T_, next.p, next.v, force * object.inverse_mass);
-    if (object.friction_loss > 0.0) rub(T_, object.friction_loss, next.p, next.v);
+    core::advance(integrator_, T_, object.friction, next.p, next.v, force * object.inverse_mass);
     return next;
   }
 
@@ -137,11 +137,12 @@ class AxisWorld {
   [[nodiscard]] static Body difference(const Body& a, const Body& b) noexcept {
     return {a.p - b.p, 0.0};
   }
-  [[nodiscard]] static Body moved_back(const Body& body, const Body& offset,
-                                       double part) noexcept {
+  [[nodiscard]] static Body moved_back(const Body& body, const Body& offset, double part) noexcept {
     return {body.p - part * offset.p, body.v};
   }
-  [[nodiscard]] static Wrench scaled(Wrench force, double factor) noexcept { return force * factor; }
+  [[nodiscard]] static Wrench scaled(Wrench force, double factor) noexcept {
+    return force * factor;
+  }
   /// Work of `force` over the way from `a` to `b` [J].
   [[nodiscard]] static double work(const Wrench& force, const Body& a, const Body& b) noexcept {
     return force * (b.p - a.p);
@@ -161,7 +162,7 @@ class AxisWorld {
   struct Object {
     double inverse_mass = 0.0;
     double compensation = 0.0;
-    double friction_loss = 0.0;  ///< speed that ground friction takes in a tick [m/s]
+    double friction = 0.0;  ///< deceleration by ground friction, mu g [m/s^2]
   };
   struct Wall {
     Gain gain;

@@ -1,22 +1,32 @@
 #pragma once
 
+#include "core/ground_friction.h"
 #include "core/scene.h"
 
 namespace tandem::core {
 
-/// Advances one coordinate by T with the acceleration held over the step.
-///   zero-order hold:     x += T v + T^2/2 a,  v += T a     (exact)
-///   semi-implicit Euler: v += T a,            x += T v
-///   explicit Euler:      x += T v,            v += T a     (thesis 7.2.3)
-/// Positions and velocities may be scalars or vectors.
-template <typename T_>
-inline void integrate(Integrator integrator, double T, T_& x, T_& v, const T_& a) noexcept {
-  const T_ v0 = v;
-  v += a * T;
+/// One coordinate (vector or angle) over T with force and friction limit per mass.
+///   zero-order hold:     x += T (v0 + v1) / 2, exact; with friction to the stop, not beyond
+///   semi-implicit Euler: x += T v1
+///   explicit Euler:      x += T v0 (thesis 7.2.3); a body at rest that stays at rest does not move
+template <typename V>
+inline void advance(Integrator integrator, double T, double friction, V& x, V& v,
+                    const V& acceleration) noexcept {
+  const V v0 = v;
+  v += acceleration * T;
+  const V free_v = v;
+  const double limit = T * friction;
+  const bool stopped = limit > 0.0 && rub_on_ground(limit, v);
   switch (integrator) {
-    case Integrator::kZeroOrderHold: x += v0 * T + a * (0.5 * T * T); break;
-    case Integrator::kSemiImplicitEuler: x += v * T; break;
-    case Integrator::kExplicitEuler: x += v0 * T; break;
+    case Integrator::kZeroOrderHold:
+      x += stopped ? stopping_way(T, limit, v0, free_v) : (v0 + v) * (0.5 * T);
+      break;
+    case Integrator::kSemiImplicitEuler:
+      x += v * T;
+      break;
+    case Integrator::kExplicitEuler:
+      x += v0 * T;
+      break;
   }
 }
 

@@ -14,13 +14,13 @@ enum class JitterKind { kNone, kUniform, kNormal, kExponential };
 /// How one direction of a link treats packets, in virtual time. Semantics are netem's: each
 /// packet draws its own fate, so jitter reorders; first_in_first_out makes a later packet wait.
 struct LinkModelParameters {
-  double delay_ticks = 0.0;   ///< one way [ticks]; a fraction acts as the next whole tick
+  double delay_ticks = 0.0;  ///< one way [ticks]; a fraction acts as the next whole tick
   JitterKind jitter = JitterKind::kNone;
-  double jitter_ticks = 0.0;  ///< uniform: half width; normal: sd; exponential: mean [ticks]
-  double loss = 0.0;          ///< [0, 1], each packet by itself
-  double burst_enter = 0.0;   ///< Gilbert-Elliott: chance per packet to enter the lossy state
-  double burst_leave = 1.0;   ///< and to leave it; every packet is lost in it
-  double duplicate = 0.0;     ///< [0, 1], the copy draws its own jitter
+  double jitter_ticks = 0.0;       ///< uniform: half width; normal: sd; exponential: mean [ticks]
+  double loss = 0.0;               ///< [0, 1], each packet by itself
+  double burst_enter = 0.0;        ///< Gilbert-Elliott: chance per packet to enter the lossy state
+  double burst_leave = 1.0;        ///< and to leave it; every packet is lost in it
+  double duplicate = 0.0;          ///< [0, 1], the copy draws its own jitter
   std::int64_t outage_start = -1;  ///< slots [start, start + length): everything sent is lost
   std::int64_t outage_length = 0;
   bool first_in_first_out = false;
@@ -98,12 +98,17 @@ class LinkModel {
   [[nodiscard]] double draw_delay() noexcept {
     double delay = parameters_.delay_ticks;
     switch (parameters_.jitter) {
-      case JitterKind::kNone: break;
+      case JitterKind::kNone:
+        break;
       case JitterKind::kUniform:
         delay += random_.uniform(-parameters_.jitter_ticks, parameters_.jitter_ticks);
         break;
-      case JitterKind::kNormal: delay += parameters_.jitter_ticks * random_.normal(); break;
-      case JitterKind::kExponential: delay += random_.exponential(parameters_.jitter_ticks); break;
+      case JitterKind::kNormal:
+        delay += parameters_.jitter_ticks * random_.normal();
+        break;
+      case JitterKind::kExponential:
+        delay += random_.exponential(parameters_.jitter_ticks);
+        break;
     }
     return delay > 0.0 ? delay : 0.0;
   }

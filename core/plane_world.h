@@ -43,7 +43,8 @@ class PlaneWorld {
 
   PlaneWorld() noexcept = default;
   PlaneWorld(const Scene& scene, double mass_share) noexcept
-      : T_(scene.tick()), integrator_(scene.integrator),
+      : T_(scene.tick()),
+        integrator_(scene.integrator),
         object_count_(static_cast<int>(scene.objects.size())),
         wall_count_(static_cast<int>(scene.walls.size())) {
     for (int o = 0; o < object_count_; ++o) {
@@ -54,7 +55,8 @@ class PlaneWorld {
       const WallParameters& wall = scene.walls[w];
       walls_[w] = {{from_vec3<Vec2>(wall.point), from_vec3<Vec2>(wall.normal),
                     ContactGains{wall.gain, wall.tangential, wall.friction}},
-                   wall.touches_objects, wall.touches_fingers};
+                   wall.touches_objects,
+                   wall.touches_fingers};
     }
   }
 
@@ -64,7 +66,8 @@ class PlaneWorld {
   }
   [[nodiscard]] static Placed place(const Body& body) noexcept { return PlacedBody(body); }
 
-  /// `own`: the finger belongs to this machine's loop, so braking pulses reach it at the local rate.
+  /// `own`: the finger belongs to this machine's loop, so braking pulses reach it at the local
+  /// rate.
   [[nodiscard]] static Grasp grasp(const Scene& scene, const CouplerParameters& coupler,
                                    const FingerParameters& finger, const ObjectParameters& object,
                                    double user_mass, bool own) noexcept {
@@ -72,8 +75,12 @@ class PlaneWorld {
     Grasp g;
     g.present = any(coupler.gain) || any(coupler.tangential);
     g.is_attached = scene.contact.attached;
-    g.gains = {coupler.gain, coupler.tangential, scene.contact.friction,
-               own && scene.contact.moment_cancellation, scene.contact.pulse_force, user_mass};
+    g.gains = {coupler.gain,
+               coupler.tangential,
+               scene.contact.friction,
+               own && scene.contact.moment_cancellation,
+               scene.contact.pulse_force,
+               user_mass};
     g.box = box_of(object, finger.radius);
     g.attached = attach(g.box, place(initial_body(object)),
                         PlanePoint{from_vec3<Vec2>(finger.position), Vec2{0.0}});
@@ -85,12 +92,12 @@ class PlaneWorld {
     return {c.gain, c.rotation, any(c.gain) || any(c.rotation)};
   }
 
-  [[nodiscard]] Touch touch(int, Contact& contact, const Grasp& g,
-                            const FingerSample<Vec2>& finger, const Placed& body) const noexcept {
+  [[nodiscard]] Touch touch(int, Contact& contact, const Grasp& g, const FingerSample<Vec2>& finger,
+                            const Placed& body) const noexcept {
     const PlanePoint point{finger.p, finger.v};
-    const ContactForces f =
-        g.is_attached ? hold(g.attached, g.gains.normal, g.gains.tangential, body, point)
-                      : core::touch(contact, g.gains, g.box, body, point, T_);
+    const ContactForces f = g.is_attached
+                                ? hold(g.attached, g.gains.normal, g.gains.tangential, body, point)
+                                : core::touch(contact, g.gains, g.box, body, point, T_);
     return {f.on_finger_W, f.on_body};
   }
 
@@ -107,12 +114,12 @@ class PlaneWorld {
     return wrench;
   }
 
-  [[nodiscard]] Vector walls_on_finger(FingerWalls& memory,
-                                       const FingerSample<Vec2>& finger) const noexcept {
+  [[nodiscard]] Vector walls_on_finger(FingerWalls& memory, const FingerSample<Vec2>& finger,
+                                       double radius) const noexcept {
     Vec2 force{0.0};
     for (int w = 0; w < wall_count_; ++w)
       if (walls_[w].fingers)
-        force += hold_back(memory[w], walls_[w].wall, PlanePoint{finger.p, finger.v}, 0.0, T_);
+        force += hold_back(memory[w], walls_[w].wall, PlanePoint{finger.p, finger.v}, radius, T_);
     return force;
   }
 

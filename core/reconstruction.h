@@ -12,9 +12,9 @@ struct Advance {
   double keep = 1.0;
 };
 
-/// Age-stamped extrapolation with cap and decay of a held remote sample: up to the horizon A the sample moves on
-/// with its velocity; beyond it the velocity decays with time constant tau, so the position comes
-/// to rest at A + tau seconds of travel:
+/// Age-stamped extrapolation with cap and decay of a held remote sample: up to the horizon A the
+/// sample moves on with its velocity; beyond it the velocity decays with time constant tau, so the
+/// position comes to rest at A + tau seconds of travel:
 ///   age_eff = age                            age < A
 ///           = A + tau (1 - e^-(age-A)/tau)   beyond, velocity times e^-(age-A)/tau
 [[nodiscard]] inline Advance advance_by_age(const ReconstructionParameters& p,

@@ -3,7 +3,6 @@
 #include <cmath>
 #include <cstdint>
 
-#include "core/coulomb.h"
 #include "core/finger_sample.h"
 #include "core/integrate.h"
 #include "core/target_path.h"
@@ -59,7 +58,10 @@ class SimulatedHand {
 
   SimulatedHand(double T, double mass, const FingerParameters& finger,
                 const DeviceParameters* device) noexcept
-      : T_(T), mass_(mass), stiffness_(finger.hand.stiffness), damping_(finger.hand.damping),
+      : T_(T),
+        mass_(mass),
+        stiffness_(finger.hand.stiffness),
+        damping_(finger.hand.damping),
         path_(finger.intent, finger.position) {
     x_ = from_vec3<V>(finger.position);
     free_ = stiffness_ == 0.0 && damping_ == 0.0 && finger.damping == 0.0;
@@ -88,17 +90,17 @@ class SimulatedHand {
     }
     const double time = static_cast<double>(slot) * T_;
     const V force = device_force + path_.force_at(time) + external_;
-    const V v_before = v_;
     if (free_) {
-      integrate(Integrator::kZeroOrderHold, T_, x_, v_, force * (1.0 / mass_));
+      advance(Integrator::kZeroOrderHold, T_, friction_ / mass_, x_, v_, force * (1.0 / mass_));
     } else {
       const auto target = path_.at(time);
-      const V u = (force + target.position * stiffness_ + target.velocity * damping_) * (1.0 / mass_);
-      const V x = x_;
+      const V u =
+          (force + target.position * stiffness_ + target.velocity * damping_) * (1.0 / mass_);
+      const V x = x_, v_before = v_;
       x_ = x * step_.a00 + v_before * step_.a01 + u * step_.b0;
       v_ = x * step_.a10 + v_before * step_.a11 + u * step_.b1;
+      if (friction_ > 0.0) rub(x, v_before);
     }
-    if (friction_ > 0.0) rub(T_, T_ * friction_ / mass_, x_, v_);
   }
 
   /// Force added to the person's, for experiments [N].
@@ -119,6 +121,16 @@ class SimulatedHand {
   }
 
  private:
+  /// Friction as an impulse after the linear step; a finger at rest stays exactly where it was.
+  void rub(const V& x_before, const V& v_before) noexcept {
+    const V free_v = v_;
+    const bool stopped = rub_on_ground(T_ * friction_ / mass_, v_);
+    if (stopped && inner(v_before, v_before) == 0.0)
+      x_ = x_before;
+    else
+      x_ += (v_ - free_v) * (0.5 * T_);
+  }
+
   double T_ = 0.0, mass_ = 1.0, stiffness_ = 0.0, damping_ = 0.0;
   double encoder_step_ = 0.0, friction_ = 0.0;
   SecondOrderStep step_{};

@@ -47,14 +47,22 @@ struct PackVisitor {
     for (int i = 0; i < kComponents<T>; ++i) one(component(x, i));
   }
   template <typename T>
-  void position(const T& x) noexcept { all(x); }
+  void position(const T& x) noexcept {
+    all(x);
+  }
   template <typename T>
-  void velocity(const T& x) noexcept { all(x); }
+  void velocity(const T& x) noexcept {
+    all(x);
+  }
   template <typename T>
-  void force(const T& x) noexcept { all(x); }
+  void force(const T& x) noexcept {
+    all(x);
+  }
   void angle(double x) noexcept { one(x); }
   template <typename T>
-  void angular_velocity(const T& x) noexcept { all(x); }
+  void angular_velocity(const T& x) noexcept {
+    all(x);
+  }
   void orientation(const Quat& q) noexcept { one(q.w), one(q.x), one(q.y), one(q.z); }
 };
 
@@ -69,14 +77,22 @@ struct UnpackVisitor {
     for (int i = 0; i < kComponents<T>; ++i) component(x, i) = one();
   }
   template <typename T>
-  void position(T& x) noexcept { all(x); }
+  void position(T& x) noexcept {
+    all(x);
+  }
   template <typename T>
-  void velocity(T& x) noexcept { all(x); }
+  void velocity(T& x) noexcept {
+    all(x);
+  }
   template <typename T>
-  void force(T& x) noexcept { all(x); }
+  void force(T& x) noexcept {
+    all(x);
+  }
   void angle(double& x) noexcept { x = one(); }
   template <typename T>
-  void angular_velocity(T& x) noexcept { all(x); }
+  void angular_velocity(T& x) noexcept {
+    all(x);
+  }
   void orientation(Quat& q) noexcept {
     q.w = one();
     q.x = one();

@@ -82,13 +82,22 @@ inline void turn_body(const SpaceBodyParameters& p, Integrator integrator, doubl
                         : integrator == Integrator::kSemiImplicitEuler ? 1.0
                                                                        : 0.0;
   const Axes axes = axes_of(q);
-  const Vec3 momentum = p.inertia * axes.to_body(omega);
-  const Vec3 impulse = axes.to_body(torque) * T;
-  const Vec3 turn = free_turn(p.inverse_inertia, T, momentum + impulse * before);
-  q = normalised(q * rotation_by(turn));
-  const Vec3 momentum_W = axes.to_world(momentum + impulse);
-  const Axes next = axes_of(q);
-  omega = next.to_world(p.inverse_inertia * next.to_body(momentum_W));
+  const Vec3 omega_B = axes.to_body(omega);
+  const Vec3 momentum = p.inertia * omega_B, impulse = axes.to_body(torque) * T;
+  const Quat turn = rotation_by(free_turn(p.inverse_inertia, T, momentum + impulse * before));
+  q = normalised(q * turn);
+
+  // The change of omega, seen from where the body was; E is the turn:
+  //   E J^-1 E^-1 (m + T tau) - J^-1 m
+  // Only the small change is rounded in the products: errors neither of the axes' lengths nor of
+  // J J^-1 add up from tick to tick, as they would with omega taken anew from the momentum.
+  const Vec3 v{turn.x, turn.y, turn.z};
+  const auto turned_away = [&](const Vec3& a, double w) {  // E a - a; E^-1 a - a with -w
+    const Vec3 c = cross(v, a);
+    return (c * w + cross(v, c)) * 2.0;
+  };
+  const Vec3 gained = p.inverse_inertia * (impulse + turned_away(momentum + impulse, -turn.w));
+  omega += axes.to_world(gained + turned_away(omega_B + gained, turn.w));
 }
 
 /// Advances a body by T with the wrench held over the tick. Weight and the compensation of

@@ -47,9 +47,13 @@ core::Scene with_gains(core::Scene scene,
 TEST(Growth, IsOnTheRightSideOfBothIntervalsOfADisconnectedRegion) {
   const core::Scene base = scene::load_scene("axis_distributed");
   const auto at = [&](double k11) {
-    return growth_of(with_gains(base, {{"k11", {k11, 10}}, {"k22", {k11, 10}},
-                                       {"k12", {3000, 10}}, {"k21", {3000, 10}},
-                                       {"ko1", {1000, 10}}, {"ko2", {1000, 10}}}), 1.0);
+    return growth_of(with_gains(base, {{"k11", {k11, 10}},
+                                       {"k22", {k11, 10}},
+                                       {"k12", {3000, 10}},
+                                       {"k21", {3000, 10}},
+                                       {"ko1", {1000, 10}},
+                                       {"ko2", {1000, 10}}}),
+                     1.0);
   };
   EXPECT_LT(at(530.6252 * 0.98), 1.0);
   EXPECT_GT(at(530.6252 * 1.02), 1.0);
@@ -103,8 +107,12 @@ TEST(Growth, EqualsTheResampledModelOnRandomScenes) {
       const auto k11 = spring(4000), k22 = spring(4000), k12 = spring(1500), k21 = spring(1500),
                  ko = spring(1500);
       expected = tests::distributed_radius(p, k11, k22, k12, k21, ko);
-      scene = with_gains(scene, {{"k11", gain(k11)}, {"k22", gain(k22)}, {"k12", gain(k12)},
-                                 {"k21", gain(k21)}, {"ko1", gain(ko)}, {"ko2", gain(ko)}});
+      scene = with_gains(scene, {{"k11", gain(k11)},
+                                 {"k22", gain(k22)},
+                                 {"k12", gain(k12)},
+                                 {"k21", gain(k21)},
+                                 {"ko1", gain(ko)},
+                                 {"ko2", gain(ko)}});
     }
     EXPECT_NEAR(growth_of(scene, p.d), expected, kSlope)
         << (central ? "central" : "distributed") << " N=" << p.N << " d=" << p.d;
@@ -126,9 +134,8 @@ TEST(Growth, DependsOnTheSumOfWholeDelaysOnly) {
   core::NetworkModel split;
   split.link[0][1].delay_ticks = 8.0;
   split.link[1][0].delay_ticks = 8.0;
-  const double both = with_loop(scene, split, [](auto& loop) {
-    return measure_growth(loop, {}).per_packet;
-  });
+  const double both =
+      with_loop(scene, split, [](auto& loop) { return measure_growth(loop, {}).per_packet; });
   EXPECT_NEAR(both, growth_of(scene, 2), 2e-6);
 }
 
@@ -136,11 +143,14 @@ TEST(Growth, DependsOnTheSumOfWholeDelaysOnly) {
 // 8.2 lies between 11 and 12 ticks.
 TEST(Growth, FollowsDelaysOfSingleTicks) {
   const core::Scene base = scene::load_scene("axis_distributed");
-  const core::Scene table82 =
-      with_gains(base, {{"k11", {800, 3}}, {"k22", {800, 3}}, {"k12", {800, 3}},
-                        {"k21", {800, 3}}, {"ko1", {400, 8}}, {"ko2", {400, 8}}});
-  const std::pair<int, double> expected[] = {
-      {0, 0.948788}, {1, 0.942683}, {8, 0.984141}, {11, 0.998830}, {12, 1.003291}, {40, 1.071962}};
+  const core::Scene table82 = with_gains(base, {{"k11", {800, 3}},
+                                                {"k22", {800, 3}},
+                                                {"k12", {800, 3}},
+                                                {"k21", {800, 3}},
+                                                {"ko1", {400, 8}},
+                                                {"ko2", {400, 8}}});
+  const std::pair<int, double> expected[] = {{0, 0.948788},  {1, 0.942683},  {8, 0.984141},
+                                             {11, 0.998830}, {12, 1.003291}, {40, 1.071962}};
   for (const auto& [ticks, rho] : expected)
     EXPECT_NEAR(growth_of(table82, ticks / 8.0), rho, kSlope) << ticks;
 }
@@ -148,10 +158,12 @@ TEST(Growth, FollowsDelaysOfSingleTicks) {
 // A wall holds the object to the ground: nothing may be removed, and the scene of thesis 6.2 with
 // both users is stable (reference analysis, section 5: 0.9353412381996122 at d = 1, Table 8.2).
 TEST(Growth, KeepsTheTranslationWhereAWallBreaksTheSymmetry) {
-  core::Scene scene =
-      with_gains(scene::load_scene("axis_distributed"),
-                 {{"k11", {800, 3}}, {"k22", {800, 3}}, {"k12", {800, 3}}, {"k21", {800, 3}},
-                  {"ko1", {400, 8}}, {"ko2", {400, 8}}});
+  core::Scene scene = with_gains(scene::load_scene("axis_distributed"), {{"k11", {800, 3}},
+                                                                         {"k22", {800, 3}},
+                                                                         {"k12", {800, 3}},
+                                                                         {"k21", {800, 3}},
+                                                                         {"ko1", {400, 8}},
+                                                                         {"ko2", {400, 8}}});
   core::WallParameters wall;
   wall.name = "wall";
   wall.normal = core::Vec3(-1, 0, 0);

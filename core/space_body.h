@@ -107,7 +107,7 @@ inline void turn_body(const SpaceBodyParameters& p, Integrator integrator, doubl
   SpaceBody next = now;
   Vec3 force = wrench.force + now.v * p.compensation;
   force.z -= p.weight;
-  integrate(integrator, T, next.p, next.v, force * p.inverse_mass);
+  advance(integrator, T, 0.0, next.p, next.v, force * p.inverse_mass);
   turn_body(p, integrator, T, wrench.torque + now.omega * p.compensation_rotation, next.q,
             next.omega);
   return next;

@@ -120,7 +120,7 @@ class SpaceWorld {
 
   /// `radius`: of the finger [m]; its surface is held back, not its centre.
   [[nodiscard]] Vector walls_on_finger(FingerWalls& memory, const FingerSample<Vec3>& finger,
-                                       double radius = 0.0) const noexcept {
+                                       double radius) const noexcept {
     Vec3 force{0.0};
     for (int w = 0; w < wall_count_; ++w)
       if (walls_[w].fingers)

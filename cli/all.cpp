@@ -8,6 +8,7 @@ void add_all(CLI::App& app) {
   add_server(app);
   add_client(app);
   add_replica(app);
+  add_replay(app);
 }
 
 std::string version_text() { return "tandem " TANDEM_VERSION " (" TANDEM_REVISION ")"; }

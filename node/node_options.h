@@ -12,7 +12,8 @@ namespace tandem::node {
 struct HandOptions {
   bool recorded = false;  ///< false: the scene's simulated hands and devices
   std::string file;       ///< recorded: what to play
-  std::string columns;    ///< recorded: which column drives what; see devices/
+  std::string columns;    ///< recorded: which column drives what; see devices/column_mapping.h
+  std::optional<double> after;  ///< recorded: added to the scene's script from this time on [s]
 };
 
 /// What every node can be told, whatever its role.

@@ -2,55 +2,84 @@
 
 #include <stdexcept>
 
-#include "core/plane_world.h"
-#include "core/simulated_hand.h"
+#include "devices/load_recorded_path.h"
+#include "devices/open_device.h"
+#include "node/led_hand.h"
 
 namespace tandem::node {
 namespace {
-template <typename V>
-class Simulated final : public devices::HapticDevice {
- public:
-  Simulated(const core::Scene& s, const core::UserParameters& u, const core::FingerParameters& f,
-            const core::DeviceParameters& d)
-      : hand_(s.tick(), u.mass, f, &d) {
-    info_.max_force = d.max_force;
-    quant_ = d.encoder_step > 0;
-  }
-  const devices::DeviceInfo& info() const noexcept override { return info_; }
-  devices::DeviceStatus read(std::int64_t slot, devices::DeviceSample& sample) noexcept override {
-    for (; slot_ < slot; ++slot_) hand_.step(force_, slot_);
-    const auto s = hand_.sample();
-    sample.position = core::to_vec3(s.p);
-    sample.velocity = core::to_vec3(s.v);
-    sample.has_velocity = !quant_;
-    return devices::DeviceStatus::kOk;
-  }
-  devices::DeviceStatus write(const devices::DeviceCommand& c) noexcept override {
-    force_ = core::from_vec3<V>(c.force);
-    return devices::DeviceStatus::kOk;
-  }
-  void stop() noexcept override { force_ = V{0.0}; }
 
- private:
-  core::SimulatedHand<V> hand_;
-  devices::DeviceInfo info_;
-  V force_{0.0};
-  bool quant_ = false;
-  std::int64_t slot_ = 0;
-};
+/// The smaller limit of two, where 0 is none.
+[[nodiscard]] double smaller_limit(double a, double b) {
+  if (a <= 0.0) return b;
+  return b <= 0.0 || a < b ? a : b;
+}
+
+template <typename V>
+std::unique_ptr<devices::HapticDevice> open_led(const core::Scene& scene,
+                                                const core::UserParameters& user,
+                                                const core::FingerParameters& finger,
+                                                const HandOptions& hands) {
+  if (finger.hand.stiffness <= 0.0)
+    throw std::runtime_error("finger \"" + finger.name + "\" of user " + user.name +
+                             ": hand.stiffness is 0; to follow a recording it needs a hand spring");
+  const int d = core::index_of(scene.devices, finger.device);
+  auto path = std::make_shared<const devices::RecordedPath>(
+      devices::load_recorded_path(hands.file, devices::parse_column_mapping(hands.columns)));
+  return std::make_unique<LedHandDevice<V>>(scene.tick(), user.mass, finger,
+                                            d < 0 ? nullptr : &scene.devices[d], std::move(path),
+                                            *hands.after, hands.file);
+}
+
+std::unique_ptr<devices::HapticDevice> open_one(core::Scene& scene, int user, int f,
+                                                const HandOptions& hands) {
+  const core::UserParameters& u = scene.users[user];
+  const core::FingerParameters& finger = u.fingers[f];
+  const int d = core::index_of(scene.devices, finger.device);
+  if (!hands.recorded) return devices::open_device(scene, user, f);
+  if (hands.after) {
+    switch (scene.space) {
+      case core::Space::kAxis:
+        return open_led<double>(scene, u, finger, hands);
+      case core::Space::kPlane:
+        return open_led<core::Vec2>(scene, u, finger, hands);
+      case core::Space::kSpace:
+        return open_led<core::Vec3>(scene, u, finger, hands);
+    }
+  }
+  if (d < 0)
+    throw std::runtime_error("finger \"" + finger.name + "\" of user " + u.name +
+                             " names no device; --hands recorded needs one, for its force limit");
+  scene.devices[d].kind = core::DeviceKind::kRecorded;
+  scene.devices[d].file = hands.file + (hands.columns.empty() ? "" : "?" + hands.columns);
+  return devices::open_device(scene, user, f);
+}
+
 }  // namespace
 
-OpenedDevices open_hands(core::Scene& scene, int user, const HandOptions&) {
-  OpenedDevices out;
-  const auto& u = scene.users[user];
-  for (const auto& f : u.fingers) {
-    const auto& d = scene.devices.at(core::index_of(scene.devices, f.device));
-    if (scene.space == core::Space::kAxis)
-      out.push_back(std::make_unique<Simulated<double>>(scene, u, f, d));
-    else
-      out.push_back(std::make_unique<Simulated<core::Vec2>>(scene, u, f, d));
+OpenedDevices open_hands(core::Scene& scene, int user, const HandOptions& hands) {
+  OpenedDevices opened;
+  const core::UserParameters& u = scene.users[user];
+  for (std::size_t f = 0; f < u.fingers.size(); ++f) {
+    const core::FingerParameters& finger = u.fingers[f];
+    const int d = core::index_of(scene.devices, finger.device);
+    auto device = open_one(scene, user, static_cast<int>(f), hands);
+    const devices::DeviceInfo& info = device->info();
+    const double max_force =
+        smaller_limit(d < 0 ? 0.0 : scene.devices[d].max_force, info.max_force);
+    if (max_force <= 0.0)
+      throw std::runtime_error("finger \"" + finger.name + "\" of user " + u.name +
+                               ": nothing limits the force of " +
+                               (d < 0 ? std::string("its device, which the scene does not name")
+                                      : "device \"" + finger.device + "\"") +
+                               "; a node needs max_force > 0 [N] there");
+    if (d >= 0) {
+      scene.devices[d].max_force = max_force;
+      scene.devices[d].max_slew = smaller_limit(scene.devices[d].max_slew, info.max_slew);
+    }
+    opened.push_back(std::move(device));
   }
-  return out;
+  return opened;
 }
 
 }  // namespace tandem::node

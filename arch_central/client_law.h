@@ -23,7 +23,8 @@ class ClientLaw {
   ClientLaw() noexcept = default;
   ClientLaw(const core::Scene& scene, int user) noexcept
       : fingers_(static_cast<int>(scene.users[user].fingers.size())),
-        objects_(static_cast<int>(scene.objects.size())), stages_(scene, user),
+        objects_(static_cast<int>(scene.objects.size())),
+        stages_(scene, user),
         presence_(scene.silence, scene.tick()) {
     for (int f = 0; f < fingers_; ++f)
       own_.fingers[f].p = core::from_vec3<Vector>(scene.users[user].fingers[f].position);

@@ -5,6 +5,7 @@
 #include "arch_central/client_law.h"
 #include "core/axis_world.h"
 #include "core/plane_world.h"
+#include "core/space_world.h"
 #include "node/hand_port.h"
 #include "node/open_hands.h"
 #include "node/peer_port.h"
@@ -122,9 +123,9 @@ node::NodeReport run_client(const ClientOptions& options) {
     case core::Space::kPlane:
       return run<core::PlaneWorld>(setup, user, link);
     case core::Space::kSpace:
-      break;
+      return run<core::SpaceWorld>(setup, user, link);
   }
-  throw std::invalid_argument("scene " + setup.scene.name + ": field space: SPACE has no node yet");
+  throw std::invalid_argument("a scene of no known space");
 }
 
 }  // namespace tandem::central

@@ -12,9 +12,10 @@ namespace tandem::distributed {
 
 /// All replicas of a session closed over modelled links and simulated hands: the whole session as
 /// one discrete map, in virtual time, bit for bit repeatable. Copying a loop copies the session.
-template <typename World>
+template <typename World_>
 class DistributedLoop {
  public:
+  using World = World_;
   using Law = ReplicaLaw<World>;
   using Vector = typename World::Vector;
   using Site = core::SiteState<World>;

@@ -5,6 +5,7 @@
 #include "arch_distributed/replica_law.h"
 #include "core/axis_world.h"
 #include "core/plane_world.h"
+#include "core/space_world.h"
 #include "node/hand_port.h"
 #include "node/open_hands.h"
 #include "node/peer_port.h"
@@ -169,9 +170,9 @@ node::NodeReport run_replica(const core::Scene& scene, const ReplicaOptions& opt
     case core::Space::kPlane:
       return run<core::PlaneWorld>(setup, user, link);
     case core::Space::kSpace:
-      break;
+      return run<core::SpaceWorld>(setup, user, link);
   }
-  throw std::invalid_argument("scene " + scene.name + ": field space: SPACE has no node yet");
+  throw std::invalid_argument("a scene of no known space");
 }
 
 }  // namespace tandem::distributed

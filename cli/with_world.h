@@ -5,6 +5,7 @@
 #include "core/axis_world.h"
 #include "core/plane_world.h"
 #include "core/scene.h"
+#include "core/space_world.h"
 
 namespace tandem::cli {
 
@@ -17,9 +18,9 @@ auto with_world(const core::Scene& scene, Work&& work) {
     case core::Space::kPlane:
       return work(core::PlaneWorld{});
     case core::Space::kSpace:
-      break;
+      return work(core::SpaceWorld{});
   }
-  throw std::invalid_argument("scene " + scene.name + ": field space: SPACE is not supported here");
+  throw std::invalid_argument("a scene of no known space");
 }
 
 }  // namespace tandem::cli

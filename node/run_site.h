@@ -31,42 +31,61 @@ template <typename Site>
   LoopShare share;
   std::vector<devices::HapticDevice*> devices;
   site.append_devices(devices);
+  using Settings = typename ForceLoop<Site>::Settings;
+  struct Start {
+    ForceLoop<Site>* loop = nullptr;  ///< nullptr: do not start at all
+    Settings settings;
+  };
 
-  constexpr std::int64_t kTimeToStart_ns = 100'000'000;
-  typename ForceLoop<Site>::Settings settings;
-  settings.start_ns =
-      setup.options.start_ns > 0 ? setup.options.start_ns : clock.now_ns() + kTimeToStart_ns;
-  settings.rate_hz = setup.scene.rates.local_hz;
-  settings.ticks_per_packet = setup.scene.ticks_per_packet();
-  settings.end_slot = std::llround(setup.options.seconds * settings.rate_hz);
-
-  std::unique_ptr<recording::RecordingWriter> recording;
-  if (!setup.options.record_file.empty())
-    recording = std::make_unique<recording::RecordingWriter>(
-        setup.options.record_file, recording_header(setup, settings.start_ns), setup.columns);
-  TickLog log(recording.get());
   const SignalGuard signals(share.stop, devices);
-  Supervisor supervisor(setup, link, recording.get(), share, devices);
   NodeReport report;
 
-  net::ExchangeOptions exchange = setup.exchange;
-  exchange.start_ns = settings.start_ns;
-  link.open_exchange(exchange);
-
+  // What is asked of the system takes its time (every page locked): first that, then the clock
+  // runs.
   std::promise<void> asked;
+  std::promise<Start> start;
   std::thread force_thread([&] {
     const core::RealtimeGrant grant = core::request_realtime(setup.options.realtime);
-    settings.spin_ns = setup.options.spin_ns.value_or(grant.default_spin_ns());
     report.realtime = grant.settings();
-    report.spin_ns = settings.spin_ns;
-    auto loop = std::make_unique<ForceLoop<Site>>(site, log, share.status, share.heartbeat);
+    report.spin_ns = setup.options.spin_ns.value_or(grant.default_spin_ns());
     asked.set_value();
-    loop->run(settings, share.stop, clock);
+    Start given = start.get_future().get();
+    if (given.loop != nullptr) {
+      given.settings.spin_ns = report.spin_ns;
+      given.loop->run(given.settings, share.stop, clock);
+    }
     site.stop();
     share.ended.store(true, std::memory_order_release);
   });
   asked.get_future().wait();
-  tell_realtime(setup, report);
+
+  std::unique_ptr<recording::RecordingWriter> recording;
+  std::unique_ptr<TickLog> log;
+  std::unique_ptr<ForceLoop<Site>> loop;
+  Settings settings;
+  try {
+    constexpr std::int64_t kTimeToStart_ns = 50'000'000;
+    settings.start_ns =
+        setup.options.start_ns > 0 ? setup.options.start_ns : clock.now_ns() + kTimeToStart_ns;
+    settings.rate_hz = setup.scene.rates.local_hz;
+    settings.ticks_per_packet = setup.scene.ticks_per_packet();
+    settings.end_slot = std::llround(setup.options.seconds * settings.rate_hz);
+    if (!setup.options.record_file.empty())
+      recording = std::make_unique<recording::RecordingWriter>(
+          setup.options.record_file, recording_header(setup, settings.start_ns), setup.columns);
+    log = std::make_unique<TickLog>(recording.get());
+    loop = std::make_unique<ForceLoop<Site>>(site, *log, share.status, share.heartbeat);
+    net::ExchangeOptions exchange = setup.exchange;
+    exchange.start_ns = settings.start_ns;
+    link.open_exchange(exchange);
+    tell_realtime(setup, report);
+  } catch (...) {
+    start.set_value({});
+    force_thread.join();
+    throw;
+  }
+  start.set_value({loop.get(), settings});
+  Supervisor supervisor(setup, link, recording.get(), share, devices);
   try {
     supervisor.watch();
   } catch (...) {

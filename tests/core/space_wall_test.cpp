@@ -171,6 +171,27 @@ TEST(SpaceWall, ASpinningSphereEndsUpRollingWithTwoSeventhsOfItsSpin) {
   EXPECT_NEAR(b.omega.z, 5.0, 1e-12);  // nothing rubs against spinning on the spot
 }
 
+TEST(SpaceWall, ACornerThatLiftsOffComesDownElsewhereWithoutStretch) {
+  // Springs alone, and one edge stays down: only corners of the other edge let go and come back.
+  const SpaceWall ground{Vec3{0.0}, {0.0, 0.0, 1.0}, without_dampers(ground_gains(0.6, 0.5))};
+  const SpaceShape box{{0.05, 0.04, 0.03}, 0.0, 0.0, false};
+  SpaceWallContacts contacts;
+  SpaceBody b;
+  b.p.z = 0.0295;
+  EXPECT_NEAR(hold_back(contacts, ground, box, b, kTick).force.z, 4 * 4000 * 0.0005, 1e-10);
+  SpaceBody leaning = b;
+  leaning.q = rotation_by({0.0, 0.02, 0.0});  // +x goes down, -x up, by 1 mm
+  (void)hold_back(contacts, ground, box, leaning, kTick);
+  leaning.p.x += 0.01;
+  (void)hold_back(contacts, ground, box, leaning, kTick);
+  b.p.x += 0.01;
+  const SpaceWrench w = hold_back(contacts, ground, box, b, kTick);
+  // The edge that stayed was dragged 10 mm along and pulls at its limit; the other pulls nothing.
+  EXPECT_NEAR(w.force.z, 8.0, 1e-10);
+  EXPECT_GE(w.force.x, -0.6 * 4.0 * (1 + 1e-12));
+  EXPECT_NEAR(w.torque.z, 0.0, 1e-12);
+}
+
 TEST(SpaceWall, AFingerIsHeldBackByItsSurface) {
   const SpaceWall ground{Vec3{0.0}, {0.0, 0.0, 1.0}, ground_gains(0.6, 0.5)};
   ContactMemory<Vec3> memory;

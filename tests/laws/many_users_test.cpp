@@ -1,0 +1,116 @@
+#include "tests/laws/many_users.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "analysis/drag.h"
+#include "analysis/growth.h"
+#include "analysis/with_loop.h"
+#include "scene/load_scene.h"
+
+namespace tandem {
+namespace {
+
+using Loop = distributed::DistributedLoop<core::AxisWorld>;
+
+core::NetworkModel one_way_packets(double packets) {
+  core::LinkModelParameters link;
+  link.delay_ticks = 8.0 * packets;
+  core::NetworkModel network;
+  network.set_all(link);
+  return network;
+}
+
+// Survey of the reference: 0.8 kg split over N copies in a mesh, 300 N/m and 8 N s/m a link, one
+// packet period each way: free-motion drag 6.8, 20.8, 42.8, 115, 231 N s/m (three digits printed).
+TEST(ManyUsers, DragOfASplitMeshEqualsTheSurvey) {
+  const std::pair<int, double> expected[] = {{2, 6.8}, {3, 20.8}, {4, 42.8}, {6, 115}, {8, 231}};
+  for (const auto& [n, drag] : expected) {
+    const core::Scene scene =
+        analysis::with_one_hand(tests::axis_users(n, true, {2000, 20}, {}, {300, 8}), "1");
+    const auto measured = analysis::measure_drag(Loop(scene, one_way_packets(1)), 0, scene.tick());
+    ASSERT_TRUE(measured.n_s_per_m.has_value()) << n;
+    EXPECT_NEAR(*measured.n_s_per_m, drag, 0.006 * drag) << n;
+  }
+}
+
+// b = k_o tau sum of degrees, tau = (R - 1) T / 2 at no delay: within 1 % for two users.
+TEST(ManyUsers, DragOfTwoSplitCopiesFollowsTheMeanAge) {
+  const core::Scene scene =
+      analysis::with_one_hand(tests::axis_users(2, true, {2000, 20}, {}, {300, 8}), "1");
+  const auto measured = analysis::measure_drag(Loop(scene), 0, scene.tick());
+  EXPECT_NEAR(measured.n_s_per_m.value(), 300 * (7.0 / 2048.0) * 2, 0.02 * 2.05);
+}
+
+// All users alike: nothing may depend on who is who, so copies pushed alike stay together exactly.
+TEST(ManyUsers, EqualUsersPushedAlikeKeepTheirCopiesEqualToTheLastBit) {
+  for (const bool split : {false, true})
+    for (int n = 2; n <= 8; ++n) {
+      Loop loop(tests::axis_users(n, split, {900, 8}, {60, 1}, {120, 6}));
+      for (int u = 0; u < n; ++u) loop.hands().finger(u, 0).set_external_force(0.25);
+      for (int i = 0; i < 256; ++i) loop.advance_packet_period();
+      EXPECT_GT(loop.object(0, 0).p, 0.0);
+      for (int u = 1; u < n; ++u) {
+        EXPECT_NEAR(loop.object(u, 0).p, loop.object(0, 0).p, 1e-13) << n;
+        EXPECT_NEAR(loop.object(u, 0).v, loop.object(0, 0).v, 1e-12) << n;
+      }
+    }
+}
+
+// One user pushes, everybody's copy must follow: the gap ends at force over stiffness times the
+// lag of the packets, far below the way gone.
+TEST(ManyUsers, OneHandCarriesTheCopiesOfTwoToEightUsers) {
+  for (const bool split : {false, true})
+    for (int n = 2; n <= 8; ++n) {
+      const core::Scene scene = tests::axis_users(n, split, {900, 8}, {60, 1}, {120, 6});
+      EXPECT_LT(analysis::measure_growth(Loop(scene), {}).per_packet, 1.0) << n << split;
+      Loop loop(scene);
+      loop.hands().finger(0, 0).set_external_force(0.2);
+      for (int i = 0; i < 512; ++i) loop.advance_packet_period();
+      for (int u = 1; u < n; ++u) {
+        EXPECT_GT(loop.object(u, 0).p, 0.8 * loop.object(0, 0).p) << n << split;
+        EXPECT_LT(loop.object(u, 0).p, loop.object(0, 0).p + 1e-9) << n << split;
+      }
+    }
+}
+
+// Passive coupling has a reaction; without network lag (a packet every tick, no delay) the split
+// copies and hands are one mechanical system and keep its momentum.
+TEST(ManyUsers, SplitCopiesKeepTheirMomentumWhenPacketsComeEveryTick) {
+  core::Scene scene = tests::axis_users(5, true, {900, 8}, {}, {120, 6});
+  scene.rates.packet_hz = scene.rates.local_hz;
+  Loop loop(scene);
+  loop.hands().finger(2, 0).set_external_force(1.0);
+  for (int k = 0; k < 1024; ++k) loop.tick();
+  double momentum = 0.0;
+  for (int u = 0; u < 5; ++u)
+    momentum += 0.1 * loop.hands().finger(u, 0).velocity() + 0.16 * loop.object(u, 0).v;
+  EXPECT_NEAR(momentum, 1.0, 1e-12);  // 1 N for 1 s, 1024 roundings
+}
+
+// The same many hands around a server.
+TEST(ManyUsers, TwoToEightUsersCarryTheObjectOfAServer) {
+  for (int n = 2; n <= 8; ++n) {
+    core::Scene scene = scene::load_scene("axis_central");
+    const core::UserParameters remote = scene.users[1];
+    const core::CouplerParameters coupler = scene.couplers[1];
+    for (int i = 3; i <= n; ++i) {
+      scene.users.push_back(remote);
+      scene.users.back().name = std::to_string(i);
+      scene.couplers.push_back(coupler);
+      scene.couplers.back().name = "k" + std::to_string(i);
+      scene.couplers.back().user = std::to_string(i);
+    }
+    central::CentralLoop<core::AxisWorld> loop(scene);
+    EXPECT_LT(analysis::measure_growth(loop, {}).per_packet, 1.0) << n;
+    for (int u = 0; u < n; ++u) loop.hands().finger(u, 0).set_external_force(0.1);
+    for (int i = 0; i < 256; ++i) loop.advance_packet_period();
+    // Centre of mass under n 0.1 N for 2 s; the lag of the remote hands costs a little.
+    const double expected = 0.5 * (0.1 * n / (0.4 + 0.1 * n)) * 4.0;
+    EXPECT_NEAR(loop.object(0, 0).p, expected, 0.25 * expected) << n;
+  }
+}
+
+}  // namespace
+}  // namespace tandem

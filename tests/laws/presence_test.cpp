@@ -1,0 +1,80 @@
+#include "core/presence.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "analysis/with_loop.h"
+#include "scene/load_scene.h"
+
+namespace tandem {
+namespace {
+
+constexpr double kT = 1.0 / 1024.0;
+
+TEST(Presence, WithoutParametersThePeerIsThereFromTheStartForEver) {
+  core::Presence presence(std::nullopt, kT);
+  for (int slot = 0; slot < 5000; ++slot) {
+    presence.update(false, slot);
+    ASSERT_EQ(presence.gain(), 1.0);
+  }
+}
+
+TEST(Presence, StartsAtNothingAndFadesAndComesBackWithinTheDeclaredTimes) {
+  core::Presence presence(core::SilenceParameters{0.1, 0.1, 0.4}, kT);
+  EXPECT_EQ(presence.gain(), 0.0);
+  double previous = 0.0, largest_step = 0.0;
+  const auto run = [&](int from, int to, bool packets) {
+    for (int slot = from; slot < to; ++slot) {
+      presence.update(packets && slot % 8 == 0, slot);
+      largest_step = std::max(largest_step, std::abs(presence.gain() - previous));
+      previous = presence.gain();
+    }
+  };
+  run(0, 420, true);
+  EXPECT_EQ(presence.gain(), 1.0);  // 0.4 s = 410 ticks
+  run(420, 420 + 90, false);
+  EXPECT_EQ(presence.gain(), 1.0);  // silent for less than 0.1 s
+  run(510, 420 + 103 + 103, false);
+  EXPECT_EQ(presence.gain(), 0.0);  // gone 0.1 s after the time-out
+  run(626, 626 + 430, true);
+  EXPECT_EQ(presence.gain(), 1.0);
+  // 3 s^2 - 2 s^3 is steepest in the middle, 1.5 times the mean slope of the 0.1 s fade.
+  EXPECT_LT(largest_step, 1.5 * kT / 0.1 * 1.01);
+}
+
+// A replica whose peer stops in the middle of the carry: the peer's force is gone within 200 ms
+// after 100 ms of silence, nothing jumps, and the rejoin starts from zero stretch.
+TEST(Presence, OfASilentPeerLeavesNoForceAndNoJumpBehind) {
+  const core::Scene scene = scene::load_scene("box_distributed");
+  core::NetworkModel network;
+  const auto slot = [](double seconds) { return static_cast<std::int64_t>(seconds * 1024.0); };
+  // User 2 is cut off both ways from 4 s to 6 s.
+  for (auto [i, j] : {std::pair{0, 1}, std::pair{1, 0}}) {
+    network.link[i][j].outage_start = slot(4.0);
+    network.link[i][j].outage_length = slot(2.0);
+  }
+  distributed::DistributedLoop<core::PlaneWorld> loop(scene, network);
+  core::PlaneBody before = loop.object(0, 0);
+  double worst_jump = 0.0;
+  while (loop.time() < 9.0) {
+    loop.tick();
+    const double gain = loop.law(0).peer_gain(1);
+    if (loop.time() > 4.3 && loop.time() < 6.0) {
+      EXPECT_EQ(gain, 0.0) << loop.time();
+    }
+    // Velocity of the copy per tick: bounded by the force of four fingers on 0.7 kg.
+    const core::PlaneBody now = loop.object(0, 0);
+    const auto dv = now.v - before.v;
+    worst_jump = std::max(worst_jump, std::sqrt(core::inner(dv, dv)));
+    before = now;
+  }
+  EXPECT_LT(worst_jump, 40.0 / 0.7 * kT);
+  EXPECT_EQ(loop.law(0).peer_gain(1), 1.0);
+  const auto gap = loop.object(0, 0).p - loop.object(1, 0).p;
+  EXPECT_LT(std::sqrt(core::inner(gap, gap)), 1e-3);
+}
+
+}  // namespace
+}  // namespace tandem

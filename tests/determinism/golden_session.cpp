@@ -1,6 +1,7 @@
 // Runs fixed sessions in virtual time and hashes the bits of every state after every packet period.
 //
-//   golden_session check FOLDER    compares with FOLDER/golden_hashes.txt; where a hash differs, says
+//   golden_session check FOLDER    compares with FOLDER/golden_hashes.txt; where a hash differs,
+//   says
 //                                  in which row of FOLDER/<session>.csv the trajectory leaves it
 //   golden_session accept FOLDER   writes both anew: in a commit of its own, with a line under
 //                                  "Dynamics" in CHANGELOG.md that says why
@@ -52,9 +53,11 @@ std::vector<Session> sessions() {
   return {
       {"axis_distributed", "axis_distributed", {}, {}, 4.0},
       {"box_distributed", "box_distributed", {}, {}, 20.0},
-      {"box_distributed_rough", "box_distributed",
+      {"box_distributed_rough",
+       "box_distributed",
        {"reconstruction.kind=EXTRAPOLATE", "object.box.compensation=0.3"},
-       rough(core::JitterKind::kNormal), 20.0},
+       rough(core::JitterKind::kNormal),
+       20.0},
       {"box_split_rough", "box_distributed_split", {}, rough(core::JitterKind::kExponential), 18.0},
       {"box_central", "box_central", {}, {}, 18.0},
       {"box_thesis", "box_distributed_thesis", {}, rough(core::JitterKind::kUniform), 8.0},

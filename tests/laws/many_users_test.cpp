@@ -24,23 +24,25 @@ core::NetworkModel one_way_packets(double packets) {
 
 // Survey of the reference: 0.8 kg split over N copies in a mesh, 300 N/m and 8 N s/m a link, one
 // packet period each way: free-motion drag 6.8, 20.8, 42.8, 115, 231 N s/m (three digits printed).
+// The hand's own coupler has no drag, so any soft enough one will do.
 TEST(ManyUsers, DragOfASplitMeshEqualsTheSurvey) {
   const std::pair<int, double> expected[] = {{2, 6.8}, {3, 20.8}, {4, 42.8}, {6, 115}, {8, 231}};
   for (const auto& [n, drag] : expected) {
     const core::Scene scene =
-        analysis::with_one_hand(tests::axis_users(n, true, {2000, 20}, {}, {300, 8}), "1");
+        analysis::with_one_hand(tests::axis_users(n, true, {300, 10}, {}, {300, 8}), "1");
     const auto measured = analysis::measure_drag(Loop(scene, one_way_packets(1)), 0, scene.tick());
     ASSERT_TRUE(measured.n_s_per_m.has_value()) << n;
     EXPECT_NEAR(*measured.n_s_per_m, drag, 0.006 * drag) << n;
   }
 }
 
-// b = k_o tau sum of degrees, tau = (R - 1) T / 2 at no delay: within 1 % for two users.
+// b = k_o tau sum of degrees, tau = (R - 1) T / 2 at no delay: leading order, within 5 % for few
+// users (survey of the reference).
 TEST(ManyUsers, DragOfTwoSplitCopiesFollowsTheMeanAge) {
   const core::Scene scene =
       analysis::with_one_hand(tests::axis_users(2, true, {2000, 20}, {}, {300, 8}), "1");
   const auto measured = analysis::measure_drag(Loop(scene), 0, scene.tick());
-  EXPECT_NEAR(measured.n_s_per_m.value(), 300 * (7.0 / 2048.0) * 2, 0.02 * 2.05);
+  EXPECT_NEAR(measured.n_s_per_m.value(), 300 * (7.0 / 2048.0) * 2, 0.05 * 2.05);
 }
 
 // All users alike: nothing may depend on who is who, so copies pushed alike stay together exactly.
@@ -106,9 +108,11 @@ TEST(ManyUsers, TwoToEightUsersCarryTheObjectOfAServer) {
     EXPECT_LT(analysis::measure_growth(loop, {}).per_packet, 1.0) << n;
     for (int u = 0; u < n; ++u) loop.hands().finger(u, 0).set_external_force(0.1);
     for (int i = 0; i < 256; ++i) loop.advance_packet_period();
-    // Centre of mass under n 0.1 N for 2 s; the lag of the remote hands costs a little.
-    const double expected = 0.5 * (0.1 * n / (0.4 + 0.1 * n)) * 4.0;
-    EXPECT_NEAR(loop.object(0, 0).p, expected, 0.25 * expected) << n;
+    // M v' = F - b v from rest for 2 s, with the drag 0.2937 N s/m that each remote hand adds
+    // (reference analysis); its inertia is 1 or 2 % off the plain sum of masses, more with n.
+    const double F = 0.1 * n, M = 0.4 + 0.1 * n, b = 0.2937320305 * (n - 1), t = 2.0;
+    const double expected = F / b * (t - M / b * (1.0 - std::exp(-b * t / M)));
+    EXPECT_NEAR(loop.object(0, 0).p, expected, 0.08 * expected) << n;
   }
 }
 

@@ -26,7 +26,7 @@ core::NetworkModel one_way_packets(double packets) {
 // packet period each way: free-motion drag 6.8, 20.8, 42.8, 115, 231 N s/m (three digits printed).
 // The hand's own coupler has no drag, so any soft enough one will do.
 TEST(ManyUsers, DragOfASplitMeshEqualsTheSurvey) {
-  const std::pair<int, double> expected[] = {{2, 6.8}, {3, 20.8}, {4, 42.8}, {6, 115}, {8, 231}};
+  const std::pair<int, double> expected[] = {{2, 6.8}, {3, 20.8}, {4, 42.8}, {6, 115}};
   for (const auto& [n, drag] : expected) {
     const core::Scene scene =
         analysis::with_one_hand(tests::axis_users(n, true, {300, 10}, {}, {300, 8}), "1");
@@ -34,6 +34,38 @@ TEST(ManyUsers, DragOfASplitMeshEqualsTheSurvey) {
     ASSERT_TRUE(measured.n_s_per_m.has_value()) << n;
     EXPECT_NEAR(*measured.n_s_per_m, drag, 0.006 * drag) << n;
   }
+}
+
+// The survey prints 231 N s/m for N = 8 as well, but there the common mode itself is unstable: all
+// copies alike obey m a = -7 (b (v - v') + k (x - x')) with (x', v') sampled one packet period ago
+// and held. Written out here once more, it grows 1.0304 times a packet period, and so do we.
+TEST(ManyUsers, TheSplitMeshOfEightIsUnstableInItsCommonModeWhateverTheSurveySays) {
+  const double T = 1.0 / 1024.0, m = 0.1, deg = 7.0, k = 300.0, b = 8.0;
+  double x = 1.0, v = 0.0, sent_x = 1.0, sent_v = 0.0, log_sum = 0.0;
+  const int periods = 4000;
+  for (int n = 0; n < periods; ++n) {
+    const double held_x = sent_x, held_v = sent_v;
+    sent_x = x;
+    sent_v = v;
+    for (int i = 0; i < 8; ++i) {
+      const double a = -deg * (b * (v - held_v) + k * (x - held_x)) / m;
+      x += T * v + 0.5 * T * T * a;
+      v += T * a;
+    }
+    const double origin = held_x;  // translation is free: measure from the oldest sample
+    const double scale = std::abs(x - origin) + std::abs(sent_x - origin) + 0.02 * std::abs(v);
+    x = (x - origin) / scale;
+    sent_x = (sent_x - origin) / scale;
+    v /= scale;
+    sent_v /= scale;
+    if (n >= periods / 2) log_sum += std::log(scale);
+  }
+  const double expected = std::exp(log_sum / (periods / 2));
+  EXPECT_GT(expected, 1.02);
+  const core::Scene scene =
+      analysis::with_one_hand(tests::axis_users(8, true, {}, {}, {300, 8}), "1");
+  EXPECT_NEAR(analysis::measure_growth(Loop(scene, one_way_packets(1)), {}).per_packet, expected,
+              1e-4);
 }
 
 // b = k_o tau sum of degrees, tau = (R - 1) T / 2 at no delay: leading order, within 5 % for few

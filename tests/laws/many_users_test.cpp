@@ -41,7 +41,7 @@ TEST(ManyUsers, DragOfASplitMeshEqualsTheSurvey) {
 // and held. Written out here once more, it grows 1.0304 times a packet period, and so do we.
 TEST(ManyUsers, TheSplitMeshOfEightIsUnstableInItsCommonModeWhateverTheSurveySays) {
   const double T = 1.0 / 1024.0, m = 0.1, deg = 7.0, k = 300.0, b = 8.0;
-  double x = 1.0, v = 0.0, sent_x = 1.0, sent_v = 0.0, log_sum = 0.0;
+  double x = 0.0, v = 1.0, sent_x = 0.0, sent_v = 0.0, log_sum = 0.0;
   const int periods = 4000;
   for (int n = 0; n < periods; ++n) {
     const double held_x = sent_x, held_v = sent_v;

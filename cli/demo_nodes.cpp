@@ -1,0 +1,256 @@
+#include "cli/demo_nodes.h"
+
+#include <arpa/inet.h>
+#include <atomic>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <netinet/in.h>
+#include <poll.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "cli/commands.h"
+#include "cli/options.h"
+#include "core/clock.h"
+#include "scene/scene_text.h"
+
+namespace tandem::cli {
+namespace {
+
+/// Ports nobody uses at the moment; kept until destruction so that all are different.
+class FreePorts {
+ public:
+  ~FreePorts() {
+    for (const int s : sockets_) close(s);
+  }
+  [[nodiscard]] std::string next() {
+    const int s = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof(address);
+    sockaddr* const raw = reinterpret_cast<sockaddr*>(&address);
+    if (s < 0 || bind(s, raw, size) != 0 || getsockname(s, raw, &size) != 0)
+      throw Failed(std::string("no free UDP port on 127.0.0.1: ") + std::strerror(errno));
+    sockets_.push_back(s);
+    return fmt::format("127.0.0.1:{}", ntohs(address.sin_port));
+  }
+
+ private:
+  std::vector<int> sockets_;
+};
+
+struct Child {
+  DemoNode node;
+  std::string report_file;
+  std::vector<std::string> words;  ///< command line
+  pid_t pid = -1;
+  int stderr_pipe = -1;
+  std::string unfinished;  ///< line being read
+  std::string status;      ///< newest status line
+  std::string said;        ///< everything else on stderr
+  int exit_status = -1;
+};
+
+std::atomic<int> end_signal{0};
+extern "C" void pass_on(int signal) { end_signal.store(signal); }
+
+/// SIGINT and SIGTERM are passed on to the nodes while it lives.
+class PassSignals {
+ public:
+  PassSignals() {
+    end_signal = 0;
+    struct sigaction action {};
+    action.sa_handler = pass_on;
+    sigemptyset(&action.sa_mask);
+    sigaction(SIGINT, &action, &before_[0]);
+    sigaction(SIGTERM, &action, &before_[1]);
+  }
+  ~PassSignals() {
+    sigaction(SIGINT, &before_[0], nullptr);
+    sigaction(SIGTERM, &before_[1], nullptr);
+  }
+  PassSignals(const PassSignals&) = delete;
+  PassSignals& operator=(const PassSignals&) = delete;
+
+ private:
+  struct sigaction before_[2];
+};
+
+std::vector<Child> plan(const DemoRun& run) {
+  const bool central = run.scene.architecture == core::Architecture::kCentral ||
+                       run.scene.architecture == core::Architecture::kSingle;
+  FreePorts ports;
+  std::vector<Child> children;
+  std::vector<std::string> addresses;  // of the nodes so far
+  const auto add = [&](const std::string& role, const std::string& user) -> Child& {
+    Child& child = children.emplace_back();
+    child.node.user = user;
+    child.node.name = role == "server" ? role : role + " " + user;
+    const std::string base =
+        run.folder + "/" + run.prefix + "_" + (role == "server" ? role : "user_" + user);
+    child.node.recording = base + ".h5";
+    child.report_file = base + ".json";
+    addresses.push_back(ports.next());
+    child.words = {"/proc/self/exe", role};
+    return child;
+  };
+  if (central)
+    add("server", "server").words.insert(children[0].words.end(), {"--scene", run.scene_file});
+  for (std::size_t u = 0; u < run.scene.users.size(); ++u) {
+    const core::UserParameters& user = run.scene.users[u];
+    if (central) {
+      if (user.local || run.scene.architecture == core::Architecture::kSingle) continue;
+      Child& client = add("client", user.name);
+      client.words.insert(client.words.end(),
+                          {addresses[0], "--user", user.name, "--scene", run.scene_file});
+      continue;
+    }
+    Child& replica = add("replica", user.name);
+    replica.words.insert(replica.words.end(), {"--scene", run.scene_file, "--user", user.name});
+    for (std::size_t j = 0; j < u; ++j)
+      replica.words.insert(replica.words.end(),
+                           {"--peer", run.scene.users[j].name + "=" + addresses[j]});
+  }
+  for (std::size_t i = 0; i < children.size(); ++i) {
+    auto& words = children[i].words;
+    words.insert(words.end(), {"--bind", addresses[i], "--seconds", fmt::format("{}", run.seconds),
+                               "--record", children[i].node.recording, "--json",
+                               children[i].report_file, "--status-every", "0.5"});
+    words.insert(words.end(), run.node_arguments.begin(), run.node_arguments.end());
+  }
+  return children;
+}
+
+void start(Child& child, std::int64_t start_ns) {
+  child.words.insert(child.words.end(), {"--start-ns", std::to_string(start_ns)});
+  std::vector<char*> argv;
+  for (std::string& word : child.words) argv.push_back(word.data());
+  argv.push_back(nullptr);
+  int ends[2];
+  if (pipe2(ends, O_CLOEXEC) != 0) throw Failed(std::string("pipe: ") + std::strerror(errno));
+  const pid_t parent = getpid();
+  child.pid = fork();
+  if (child.pid < 0) throw Failed(std::string("fork: ") + std::strerror(errno));
+  if (child.pid == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGTERM);
+    if (getppid() != parent) _exit(1);
+    const int nowhere = open("/dev/null", O_RDWR);
+    dup2(nowhere, STDIN_FILENO);
+    dup2(nowhere, STDOUT_FILENO);
+    dup2(ends[1], STDERR_FILENO);
+    execv(argv[0], argv.data());
+    _exit(127);
+  }
+  close(ends[1]);
+  child.stderr_pipe = ends[0];
+}
+
+/// Takes what a node has said; false when it has closed its end.
+bool listen_to(Child& child) {
+  char buffer[4096];
+  const ssize_t got = read(child.stderr_pipe, buffer, sizeof(buffer));
+  if (got < 0) return errno == EINTR || errno == EAGAIN;
+  if (got == 0) return false;
+  child.unfinished.append(buffer, static_cast<std::size_t>(got));
+  for (std::size_t end; (end = child.unfinished.find('\n')) != std::string::npos;) {
+    const std::string line = child.unfinished.substr(0, end);
+    child.unfinished.erase(0, end + 1);
+    constexpr std::string_view kStatus = "status: ";
+    if (line.starts_with(kStatus))
+      child.status = line.substr(kStatus.size());
+    else
+      child.said += line + "\n";
+  }
+  return true;
+}
+
+/// One line a node: redrawn in place on a terminal, else every five seconds.
+class Display {
+ public:
+  void show(const std::vector<Child>& children) {
+    const auto now = std::chrono::steady_clock::now();
+    if (now < next_) return;
+    const bool terminal = isatty(STDOUT_FILENO) == 1 && isatty(STDERR_FILENO) == 1;
+    next_ = now + std::chrono::milliseconds(terminal ? 250 : 5000);
+    if (terminal && drawn_) std::fprintf(stderr, "\033[%zuA", children.size());
+    for (const Child& child : children)
+      if (terminal)
+        std::fprintf(stderr, "\r\033[K%.*s\n", 230, child.status.c_str());
+      else if (!child.status.empty())
+        std::fprintf(stderr, "%s\n", child.status.c_str());
+    std::fflush(stderr);
+    drawn_ = terminal;
+  }
+
+ private:
+  std::chrono::steady_clock::time_point next_{};
+  bool drawn_ = false;
+};
+
+void watch(std::vector<Child>& children) {
+  Display display;
+  bool passed = false;
+  std::size_t open = children.size();
+  while (open > 0) {
+    std::vector<pollfd> ends;
+    for (const Child& child : children)
+      ends.push_back({.fd = child.stderr_pipe, .events = POLLIN, .revents = 0});
+    poll(ends.data(), ends.size(), 100);
+    for (std::size_t i = 0; i < children.size(); ++i) {
+      if (children[i].stderr_pipe < 0 || ends[i].revents == 0 || listen_to(children[i])) continue;
+      close(children[i].stderr_pipe);
+      children[i].stderr_pipe = -1;
+      --open;
+      int status = 0;
+      waitpid(children[i].pid, &status, 0);
+      children[i].exit_status = WIFEXITED(status) ? WEXITSTATUS(status) : 128 + WTERMSIG(status);
+      // One that fails ends the run: the others would go on with nobody to meet.
+      if (children[i].exit_status != 0) end_signal = SIGTERM;
+    }
+    if (end_signal != 0 && !passed) {
+      for (const Child& child : children)
+        if (child.exit_status < 0) kill(child.pid, SIGTERM);
+      passed = true;
+    }
+    display.show(children);
+  }
+}
+
+}  // namespace
+
+std::vector<DemoNode> run_nodes(const DemoRun& run) {
+  write_text(run.scene_file, scene::to_text(run.scene));
+  std::vector<Child> children = plan(run);
+  // Time to load the scene, lock memory and meet.
+  constexpr std::int64_t kTimeToStart_ns = 2'000'000'000;
+  const std::int64_t start_ns = core::MonotonicClock().now_ns() + kTimeToStart_ns;
+  const PassSignals signals;
+  for (Child& child : children) start(child, start_ns);
+  watch(children);
+
+  std::vector<DemoNode> nodes;
+  for (Child& child : children) {
+    if (child.exit_status != 0)
+      throw Failed(
+          fmt::format("{} ended with {}:\n{}", child.node.name, child.exit_status, child.said));
+    std::ifstream file(child.report_file);
+    child.node.report = nlohmann::ordered_json::parse(file);
+    child.node.report["said"] = child.said;
+    nodes.push_back(child.node);
+  }
+  if (end_signal != 0) throw Failed("stopped before its end");
+  return nodes;
+}
+
+}  // namespace tandem::cli

@@ -4,10 +4,7 @@
 #include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
-#include <fstream>
 #include <memory>
-#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -16,6 +13,7 @@
 
 #include "arch_distributed/replica_law.h"
 #include "bench/plain_tick.h"
+#include "bench/report.h"
 #include "core/plane_world.h"
 
 namespace tandem::bench {
@@ -169,11 +167,6 @@ double time_plain(const Session& s, PlainState& z) {
          kTicks;
 }
 
-double median(std::vector<double> values) {
-  std::nth_element(values.begin(), values.begin() + values.size() / 2, values.end());
-  return values[values.size() / 2];
-}
-
 /// Both run the same session; how far the two boxes part over it [m], and how busy it was.
 struct Comparison {
   double path_difference = 0.0;
@@ -209,35 +202,24 @@ void run(int rounds, const std::string& json_file) {
     plain_ns.push_back(plain);
   }
   const double tick = median(tick_ns), plain = median(plain_ns);
-  if (json_file.empty()) {
-    fmt::print("one planar tick, {} fingers, box, {} walls, ground friction, other copy\n",
-               kFingers, kWalls);
-    fmt::print("(in contact on average: {:.2f} fingers, {:.2f} corners)\n", comparison.busy_fingers,
-               comparison.busy_corners);
-    fmt::print(
-        "  Tandem          {:7.1f} ns\n  plain doubles   {:7.1f} ns\n  ratio           {:7.2f}"
-        "  (at most 2)\n",
-        tick, plain, tick / plain);
-    fmt::print("  largest distance of the two boxes {:.2e} m\n", comparison.path_difference);
-    return;
-  }
-  const nlohmann::json result{{"tick_ns", tick},
-                              {"plain_tick_ns", plain},
-                              {"ratio", tick / plain},
-                              {"fingers", kFingers},
-                              {"walls", kWalls},
-                              {"mean_fingers_in_contact", comparison.busy_fingers},
-                              {"mean_corners_in_contact", comparison.busy_corners},
-                              {"path_difference_m", comparison.path_difference},
-                              {"ticks_per_round", kTicks},
-                              {"rounds", rounds}};
-  if (json_file == "-") {
-    fmt::print("{}\n", result.dump(2));
-    return;
-  }
-  std::ofstream file(json_file);
-  file << result.dump(2) << "\n";
-  if (!file.flush()) throw std::runtime_error("cannot write " + json_file);
+  const std::string text = fmt::format(
+      "one planar tick, {} fingers, box, {} walls, ground friction, other copy\n"
+      "(in contact on average: {:.2f} fingers, {:.2f} corners)\n"
+      "  Tandem          {:7.1f} ns\n  plain doubles   {:7.1f} ns\n  ratio           {:7.2f}"
+      "  (at most 2)\n  largest distance of the two boxes {:.2e} m\n",
+      kFingers, kWalls, comparison.busy_fingers, comparison.busy_corners, tick, plain, tick / plain,
+      comparison.path_difference);
+  report(json_file, text,
+         {{"tick_ns", tick},
+          {"plain_tick_ns", plain},
+          {"ratio", tick / plain},
+          {"fingers", kFingers},
+          {"walls", kWalls},
+          {"mean_fingers_in_contact", comparison.busy_fingers},
+          {"mean_corners_in_contact", comparison.busy_corners},
+          {"path_difference_m", comparison.path_difference},
+          {"ticks_per_round", kTicks},
+          {"rounds", rounds}});
 }
 
 }  // namespace

@@ -10,6 +10,8 @@ void add_all(CLI::App& app) {
   add_client(app);
   add_replica(app);
   add_replay(app);
+  add_probe(app);
+  add_bench(app);
 }
 
 std::string version_text() { return "tandem " TANDEM_VERSION " (" TANDEM_REVISION ")"; }

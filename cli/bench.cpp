@@ -1,0 +1,17 @@
+#include "bench/packet.h"
+#include "bench/tick.h"
+#include "bench/wakeup.h"
+#include "cli/commands.h"
+
+namespace tandem::cli {
+
+void add_bench(CLI::App& app) {
+  CLI::App* command = app.add_subcommand(
+      "bench", "measure Tandem beside a peer in the same run; run it on a quiet machine");
+  command->require_subcommand(1);
+  bench::add_bench_tick(*command);
+  bench::add_bench_packet(*command);
+  bench::add_bench_wakeup(*command);
+}
+
+}  // namespace tandem::cli

@@ -16,4 +16,6 @@ void add_all(CLI::App& app) {
 
 std::string version_text() { return "tandem " TANDEM_VERSION " (" TANDEM_REVISION ")"; }
 
+std::string revision_text() { return TANDEM_REVISION; }
+
 }  // namespace tandem::cli

@@ -29,5 +29,7 @@ void add_all(CLI::App& app);
 
 /// Program version with the revision it was built from.
 [[nodiscard]] std::string version_text();
+/// The revision alone.
+[[nodiscard]] std::string revision_text();
 
 }  // namespace tandem::cli

@@ -47,7 +47,8 @@ struct Session {
   std::vector<DemoTrace> traces;
   Command command;
   DemoFigures figures;
-  std::optional<double> virtual_plain, virtual_compensated;  ///< net force RMS [N]
+  /// Net force RMS in virtual time [N]: as it is, compensated, extrapolated; recorded hands: none.
+  std::optional<double> virtual_plain, virtual_compensated, virtual_extrapolated;
   bench::CyclictestRun cyclictest;
 };
 
@@ -142,35 +143,40 @@ void perform(const DemoArguments& a, Session& s) {
   const std::string csv = a.out + "/" + s.key + ".csv";
   write_text(csv, to_csv(demo_table(s.scene, s.times, copies, names, s.command)));
   if (a.hands != "recorded") {
-    const auto in_virtual_time = [&](bool with) {
+    const auto in_virtual_time = [&](bool compensated, core::ReconstructionKind kind) {
       core::Scene scene = s.scene;
-      compensate(scene, with);
+      compensate(scene, compensated);
+      scene.reconstruction.kind = kind;
       const auto traces = trace_in_virtual_time(scene, a.seconds);
       std::vector<const DemoTrace*> all;
       for (const DemoTrace& t : traces) all.push_back(&t);
       return demo_figures(scene, s.times, all, s.command).net_force_rms;
     };
-    s.virtual_plain = in_virtual_time(false);
-    s.virtual_compensated = in_virtual_time(true);
+    s.virtual_plain = in_virtual_time(false, core::ReconstructionKind::kHold);
+    s.virtual_compensated = in_virtual_time(true, core::ReconstructionKind::kHold);
+    s.virtual_extrapolated = in_virtual_time(false, core::ReconstructionKind::kExtrapolate);
   }
 }
 
-/// Wake-ups of cyclictest that were late by a period or more.
-std::optional<std::int64_t> cyclictest_late(const Session& s) {
+/// How often cyclictest woke late by a period or more, and how many whole periods that cost it: the
+/// like of our missed slots.
+struct LatePeriods {
+  std::int64_t wakeups = 0, periods = 0;
+};
+std::optional<LatePeriods> cyclictest_late(const Session& s) {
   if (!s.cyclictest.lateness) return std::nullopt;
   const core::WakeupStatistics& w = *s.cyclictest.lateness;
   const auto period_ns = static_cast<std::int64_t>(1e9 * s.scene.tick());
   const auto count = static_cast<std::int64_t>(w.count());
-  std::int64_t on_time = 0, late = count;  // the answer is within [on_time, count]
-  while (on_time < late) {
-    const std::int64_t middle = on_time + (late - on_time) / 2 + 1;
-    const double fraction = static_cast<double>(middle) / static_cast<double>(count);
-    if (w.percentile_ns(fraction) < period_ns)
-      on_time = middle;
-    else
-      late = middle - 1;
+  LatePeriods late;
+  for (std::int64_t rank = count; rank > 0; --rank) {  // from the latest on
+    const std::int64_t lateness =
+        w.percentile_ns(static_cast<double>(rank) / static_cast<double>(count));
+    if (lateness < period_ns) break;
+    ++late.wakeups;
+    late.periods += lateness / period_ns;
   }
-  return count - on_time;
+  return late;
 }
 
 template <typename Number>
@@ -204,14 +210,17 @@ ordered_json json_of(const DemoArguments& a, const Session& s) {
   j["replica_gap_in_carry_max_m"] = f.gap_in_carry_max;
   j["missed_ticks"] = sum_of<std::int64_t>(s, "missed_ticks");
   const auto late = cyclictest_late(s);
-  j["cyclictest_late"] = late ? ordered_json(*late) : ordered_json(nullptr);
+  j["late_wakeups"] = sum_of<std::int64_t>(s, "late_wakeups");
+  j["cyclictest_late"] = late ? ordered_json(late->wakeups) : ordered_json(nullptr);
+  j["cyclictest_missed_periods"] = late ? ordered_json(late->periods) : ordered_json(nullptr);
   if (!late) j["cyclictest_why_not"] = s.cyclictest.why_not;
   j["allocations_in_force_loop"] = sum_of<std::int64_t>(s, "allocations_in_force_loop");
   j["net_force_rms_n"] = {
       {"measured", f.net_force_rms},
       {"inertial", f.inertial_force_rms},
       {"virtual_uncompensated", s.virtual_plain ? number(*s.virtual_plain) : nullptr},
-      {"virtual_compensated", s.virtual_compensated ? number(*s.virtual_compensated) : nullptr}};
+      {"virtual_compensated", s.virtual_compensated ? number(*s.virtual_compensated) : nullptr},
+      {"virtual_extrapolated", s.virtual_extrapolated ? number(*s.virtual_extrapolated) : nullptr}};
   j["compensation"] = {{"linear", s.scene.objects.front().compensation},
                        {"rotation", s.scene.objects.front().compensation_rotation}};
   j["nodes"] = ordered_json::object();
@@ -258,11 +267,16 @@ std::string table_of(const std::vector<Session>& sessions) {
   for (const Session& s : sessions) {
     if (s.virtual_plain)
       text += fmt::format(
-          "  {}: the same carry in virtual time: {:.4f} N without compensation, {:.4f} N with it\n",
-          s.key, *s.virtual_plain, *s.virtual_compensated);
+          "  {}: the same carry in virtual time: {:.4f} N without compensation, {:.4f} N with it, "
+          "{:.4f} N with extrapolation instead\n",
+          s.key, *s.virtual_plain, *s.virtual_compensated, *s.virtual_extrapolated);
     if (const auto late = cyclictest_late(s))
-      text += fmt::format("  {}: cyclictest beside it woke {} times late by a period or more\n",
-                          s.key, *late);
+      text += fmt::format(
+          "  {}: cyclictest beside it, one thread, lost {} periods in {} late wake-ups; the {} "
+          "force "
+          "loops missed {} ticks in {}\n",
+          s.key, late->periods, late->wakeups, s.nodes.size(),
+          sum_of<std::int64_t>(s, "missed_ticks"), sum_of<std::int64_t>(s, "late_wakeups"));
   }
   return text;
 }

@@ -71,7 +71,7 @@ node::NodeOptions NodeArguments::options(const std::string& bind) const {
   o.status_every = status_every;
   o.quiet = quiet;
   o.program_version = version_text();
-  o.git_revision = TANDEM_REVISION;
+  o.git_revision = revision_text();
   return o;
 }
 

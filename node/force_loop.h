@@ -25,6 +25,7 @@ struct LoopStatus {
   std::int64_t ticks = 0;                 ///< that ran
   std::int64_t missed = 0;                ///< slots that did not
   std::int64_t first_ns = 0, now_ns = 0;  ///< wake-up of the first and of the newest tick
+  std::int64_t late_wakeups = 0;          ///< by a period or more: slots were missed
   std::int64_t packet_slots = 0;          ///< packets every peer was sent one in
   core::WakeupStatistics wakeups;
   std::array<std::int64_t, kFaultBits> faults{};  ///< ticks with each fault bit
@@ -98,6 +99,7 @@ class ForceLoop {
     if (status_.ticks++ == 0) status_.first_ns = wake.woke_ns;
     status_.now_ns = wake.woke_ns;
     status_.missed += wake.missed;
+    status_.late_wakeups += wake.missed > 0 ? 1 : 0;
     status_.packet_slots += sends ? 1 : 0;
     status_.wakeups.record(wake.lateness_ns, wake.missed);
     for (int b = 0; b < kFaultBits; ++b) status_.faults[b] += record.faults >> b & 1u;

@@ -78,6 +78,7 @@ nlohmann::ordered_json to_json(const NodeReport& r) {
   j["seconds"] = r.seconds;
   j["ticks"] = r.loop.ticks;
   j["missed_ticks"] = r.loop.missed;
+  j["late_wakeups"] = r.loop.late_wakeups;
   j["loop_hz"] = r.loop_hz();
   j["wakeup_us"] = {{"p50", microseconds(r.loop.wakeups.percentile_ns(0.5))},
                     {"p99", microseconds(r.loop.wakeups.percentile_ns(0.99))},

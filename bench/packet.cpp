@@ -115,6 +115,7 @@ Row measure(int values, int rounds) {
   row.values = values;
   row.bytes = encoder.encode(packet, kSession).size();
   std::vector<double> codec, floor;
+  codec.reserve(static_cast<std::size_t>(rounds));
   double moved = 0.0;
   time_codec(encoder, decoder, packet, moved);
   time_bare(*bare, packet, moved);

@@ -1,6 +1,7 @@
 #include "net/state_codec.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstring>
 #include <numeric>
@@ -14,15 +15,31 @@ namespace {
   return stamp_ns >= 0 && stamp_ns < limits::kMaxStamp_ns;
 }
 
-/// kOk if every number is finite and no larger than `limit`. One comparison a value on the good
-/// path: it is false for NaN as well.
+/// Largest |value| as an integer: without its sign a double's bits are ordered as its magnitude,
+/// and infinity and NaN lie above every number. Four lanes, so that no comparison waits for
+/// another.
+[[nodiscard]] std::uint64_t largest_bits(const double* values, int count) noexcept {
+  std::uint64_t lanes[4] = {};
+  const auto take = [&](int lane, double value) {
+    const std::uint64_t bits = std::bit_cast<std::uint64_t>(value) & 0x7fffffffffffffffu;
+    lanes[lane] = bits > lanes[lane] ? bits : lanes[lane];
+  };
+  int i = 0;
+  for (; i + 4 <= count; i += 4) {
+    take(0, values[i]);
+    take(1, values[i + 1]);
+    take(2, values[i + 2]);
+    take(3, values[i + 3]);
+  }
+  for (; i < count; ++i) take(0, values[i]);
+  return std::max(std::max(lanes[0], lanes[1]), std::max(lanes[2], lanes[3]));
+}
+
+/// kOk if every number is finite and no larger than `limit`.
 [[nodiscard]] Decode check(const double* values, int count, double limit) noexcept {
-  bool good = true;
-  for (int i = 0; i < count; ++i) good &= std::abs(values[i]) <= limit;
-  if (good) return Decode::kOk;
-  for (int i = 0; i < count; ++i)
-    if (!std::isfinite(values[i])) return Decode::kNotFinite;
-  return Decode::kOutOfRange;
+  const double largest = std::bit_cast<double>(largest_bits(values, count));
+  if (largest <= limit) return Decode::kOk;
+  return std::isfinite(largest) ? Decode::kOutOfRange : Decode::kNotFinite;
 }
 
 }  // namespace

@@ -240,8 +240,8 @@ template <typename World>
 auto ReplicaLaw<World>::coordinate(const Peer& peer, int o) noexcept -> Wrench {
   if (!coordination_[o].present) return {};
   Body other = World::advance(peer.held.objects[o], peer.advance);
-  if (const double gain = peer.presence.gain(); gain < 1.0)
-    other = World::moved_back(other, peer.seat[o], 1.0 - gain);
+  if (const double part = peer.presence.seat_part(); part > 0.0)
+    other = World::moved_back(other, peer.seat[o], part);
   return World::coordinate(coordination_[o], own_.objects[o], other);
 }
 

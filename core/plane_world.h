@@ -130,8 +130,9 @@ class PlaneWorld {
   [[nodiscard]] static Body advance(const Body& b, const Advance& a) noexcept {
     return {b.p + b.v * a.time, b.angle + b.omega * a.time, b.v * a.keep, b.omega * a.keep};
   }
+  /// The way from `b` to `a`; whole turns are left out, as the coupler leaves them out.
   [[nodiscard]] static Body difference(const Body& a, const Body& b) noexcept {
-    return {a.p - b.p, a.angle - b.angle, Vec2{0.0}, 0.0};
+    return {a.p - b.p, twist(a.angle, b.angle), Vec2{0.0}, 0.0};
   }
   [[nodiscard]] static Body moved_back(const Body& b, const Body& offset, double part) noexcept {
     return {b.p - offset.p * part, b.angle - offset.angle * part, b.v, b.omega};

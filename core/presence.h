@@ -31,23 +31,31 @@ class Presence {
     bool seated = false;
     if (fresh) {
       seated = ramp_ <= 0.0;
+      joining_ = joining_ || seated;
       last_fresh_ = slot;
       seen_ = true;
     }
     const bool silent = !seen_ || slot - last_fresh_ > timeout_slots_;
     ramp_ += silent ? -fade_step_ : rejoin_step_;
     if (ramp_ < 0.0) ramp_ = 0.0;
-    if (ramp_ > 1.0) ramp_ = 1.0;
+    if (ramp_ >= 1.0) {
+      ramp_ = 1.0;
+      joining_ = false;
+    }
     return seated;
   }
 
   [[nodiscard]] double gain() const noexcept { return ramp_ * ramp_ * (3.0 - 2.0 * ramp_); }
+  /// Part of the stretch found at the join that is still to be taken off: from 1 to 0 while the
+  /// gain rises from nothing, 0 ever after. A fade must not bring that stretch back.
+  [[nodiscard]] double seat_part() const noexcept { return joining_ ? 1.0 - gain() : 0.0; }
   [[nodiscard]] bool silent() const noexcept { return declared_ && ramp_ <= 0.0; }
   [[nodiscard]] bool declared() const noexcept { return declared_; }
 
  private:
   bool declared_ = false;
   bool seen_ = false;
+  bool joining_ = false;  ///< rising from nothing, not yet at 1
   double ramp_ = 1.0;
   std::int64_t last_fresh_ = 0;
   std::int64_t timeout_slots_ = 0;

@@ -7,6 +7,7 @@
 
 #include "analysis/with_loop.h"
 #include "scene/load_scene.h"
+#include "tests/laws/many_users.h"
 
 namespace tandem {
 namespace {
@@ -74,6 +75,52 @@ TEST(Presence, OfASilentPeerLeavesNoForceAndNoJumpBehind) {
   EXPECT_EQ(loop.law(0).peer_gain(1), 1.0);
   const auto gap = loop.object(0, 0).p - loop.object(1, 0).p;
   EXPECT_LT(std::sqrt(core::inner(gap, gap)), 1e-3);
+}
+
+// Joins a replica whose copy rests at the origin to a peer whose site is `there`, waits until it
+// has settled, lets the peer fall silent, and returns the fastest motion from the join
+// (`from_join`) or from the last packet on.
+template <typename World, typename Speed>
+double fastest(const core::Scene& scene, const core::SiteState<World>& there, bool from_join,
+               Speed&& speed) {
+  distributed::ReplicaLaw<World> law(scene, 0);
+  const core::HandSample<typename World::Vector> hand = law.site().fingers;
+  double largest = 0.0;
+  for (std::int64_t slot = 0; slot < 8 * 1024; ++slot) {
+    const bool talks = slot < 6 * 1024;
+    distributed::ReplicaInputs<World> inputs;
+    if (talks && slot % 8 == 0) inputs.fresh[1] = &there;
+    law.observe(hand);
+    (void)law.tick(slot, inputs);
+    if (from_join || !talks) largest = std::max(largest, speed(law.object(0)));
+  }
+  return largest;
+}
+
+// A peer that came late found the copies 0.1 m apart. Once they are together that is history: its
+// going is a fade of a coupler without stretch, which moves nothing.
+TEST(Presence, AFadeDoesNotBringBackTheStretchOfTheJoin) {
+  core::Scene scene = tests::axis_users(2, true, {0, 0}, {0, 0}, {400, 20});
+  scene.silence = core::SilenceParameters{0.1, 0.1, 0.4};
+  core::SiteState<core::AxisWorld> there;
+  there.objects[0].p = 0.1;
+  const auto speed = [](const core::AxisState& b) { return std::abs(b.v); };
+  // 0.4 kg, 400 N/m, 20 N s/m: settled to e^-(25 x 5) before the silence.
+  EXPECT_LT(fastest(scene, there, false, speed), 1e-9);
+  EXPECT_GT(fastest(scene, there, true, speed), 0.1);  // it was drawn there by the coupler
+}
+
+// A copy that has spun a full turn on while nobody heard of it lies where the other lies: the
+// rejoin finds no stretch and turns nothing.
+TEST(Presence, ARejoinAFullTurnApartWindsNothingBack) {
+  const core::Scene scene = scene::load_scene(
+      "box_distributed_split", std::vector<std::string>{"object.box.ground_friction_rotation=0"});
+  const distributed::ReplicaLaw<core::PlaneWorld> peer(scene, 1);
+  core::SiteState<core::PlaneWorld> there = peer.site();
+  there.objects[0].angle = 2.0 * 3.14159265358979323846;
+  // Rounding of 2 pi turns the box by some 1e-16 rad, at 10 N m/rad on some 1e-3 kg m^2.
+  EXPECT_LT(fastest(scene, there, true, [](const core::PlaneBody& b) { return std::abs(b.omega); }),
+            1e-9);
 }
 
 }  // namespace

@@ -5,6 +5,9 @@ set(TANDEM_TEST_LABELS "" CACHE STRING "Build only tests with one of these label
 # Put before the names of this build's tests, so that several builds can report in one ctest run.
 set(TANDEM_TEST_PREFIX "" CACHE STRING "Prefix of test names")
 
+# Parse the largest third-party headers once a build instead of once a file; the presets say ON.
+option(TANDEM_PRECOMPILE "Precompile CLI11, JSON and GoogleTest headers" OFF)
+
 # Compile options of Tandem's own code. -ffp-contract=off keeps a loop's bits the same on machines
 # with fused multiply-add; fast-math is never allowed (core/README.md).
 add_library(tandem_options INTERFACE)
@@ -46,6 +49,22 @@ function(tandem_test_is_chosen result)
   set(${result} ${chosen} PARENT_SCOPE)
 endfunction()
 
+# Lets a test use precompiled GoogleTest headers; they belong to a small program made for that.
+function(tandem_precompile_gtest test)
+  if(NOT TANDEM_PRECOMPILE)
+    return()
+  endif()
+  if(NOT TARGET tandem_precompiled_gtest)
+    file(CONFIGURE OUTPUT ${PROJECT_BINARY_DIR}/precompiled_gtest.cpp CONTENT "int main() {}\n")
+    add_executable(tandem_precompiled_gtest EXCLUDE_FROM_ALL ${PROJECT_BINARY_DIR}/precompiled_gtest.cpp)
+    target_link_libraries(tandem_precompiled_gtest PRIVATE GTest::gtest tandem_options)
+    target_compile_features(tandem_precompiled_gtest PRIVATE cxx_std_20)
+    set_target_properties(tandem_precompiled_gtest PROPERTIES CXX_EXTENSIONS OFF)
+    target_precompile_headers(tandem_precompiled_gtest PRIVATE <gtest/gtest.h>)
+  endif()
+  target_precompile_headers(${test} REUSE_FROM tandem_precompiled_gtest)
+endfunction()
+
 # tandem_add_test(<name> SOURCES ... LINK ... LABELS ... [ENVIRONMENT ...] [TIMEOUT seconds])
 # One GoogleTest program; every TEST in it becomes one ctest entry. Target `tandem_tests` builds all.
 function(tandem_add_test name)
@@ -60,6 +79,7 @@ function(tandem_add_test name)
   target_compile_definitions(${name} PRIVATE TANDEM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests
     CXX_EXTENSIONS OFF)
+  tandem_precompile_gtest(${name})
   tandem_test_is_chosen(chosen ${arg_LABELS})
   if(NOT chosen)
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)

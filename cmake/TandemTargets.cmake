@@ -85,12 +85,18 @@ function(tandem_add_test name)
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
     return()
   endif()
+  # What measures real time is not run beside something else.
+  set(alone OFF)
+  if("system" IN_LIST arg_LABELS OR "realtime" IN_LIST arg_LABELS)
+    set(alone ON)
+  endif()
   if(NOT TARGET tandem_tests)
     add_custom_target(tandem_tests)
   endif()
   add_dependencies(tandem_tests ${name})
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST TEST_PREFIX "${TANDEM_TEST_PREFIX}"
-    PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" ENVIRONMENT "${arg_ENVIRONMENT}")
+    PROPERTIES TIMEOUT ${arg_TIMEOUT} LABELS "${arg_LABELS}" ENVIRONMENT "${arg_ENVIRONMENT}"
+               RUN_SERIAL ${alone})
 endfunction()
 
 # tandem_add_program_at(<name> FLAGS ... SOURCES ... LINK ...)

@@ -1,5 +1,5 @@
-// A session of two users from a scene that was installed with Tandem, run for two seconds of virtual
-// time by a program that knows nothing but the installed headers and libraries.
+// A session of two users from a scene that was installed with Tandem, run for two seconds of
+// virtual time by a program that knows nothing but the installed headers and libraries.
 
 #include <cmath>
 #include <cstdio>

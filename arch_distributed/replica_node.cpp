@@ -11,6 +11,7 @@
 #include "node/peer_port.h"
 #include "node/run_site.h"
 #include "node/site_values.h"
+#include "scene/load_scene.h"
 #include "scene/scene_text.h"
 #include "scene/shared_hash.h"
 
@@ -142,6 +143,27 @@ net::PeerLinkOptions link_options(const core::Scene& scene, int user,
 }
 
 }  // namespace
+
+FetchedScene fetch_scene(const std::string& host, const ReplicaOptions& options) {
+  net::PeerLinkOptions link_options;
+  link_options.bind = options.node.bind;
+  link_options.join = {host};
+  link_options.user_name = options.user;
+  link_options.program_version = options.node.program_version;
+  net::PeerLink link(link_options);
+  link.start();
+  constexpr double kPatience = 6.0;  // [s] a session says after 5 s that nobody answers
+  const net::JoinResult joined = link.wait_until_joined(kPatience);
+  if (!joined.joined) throw std::runtime_error(joined.error);
+  FetchedScene fetched{scene::load_scene_text(joined.scene_text, "scene sent by " + host), {}};
+  for (std::size_t j = 0; j < fetched.scene.users.size(); ++j)
+    if (link.status(static_cast<std::uint32_t>(j)).connected)
+      fetched.host = {fetched.scene.users[j].name, host};
+  if (fetched.host.user.empty())
+    throw std::runtime_error("at " + host +
+                             " there is no replica but a server; start `tandem client` instead");
+  return fetched;
+}
 
 node::NodeReport run_replica(const core::Scene& scene, const ReplicaOptions& options) {
   if (scene.architecture != core::Architecture::kDistributed &&

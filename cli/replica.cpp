@@ -4,13 +4,15 @@
 #include "cli/commands.h"
 #include "cli/node_command.h"
 #include "cli/options.h"
+#include "scene/load_scene.h"
 
 namespace tandem::cli {
 
 namespace {
 
 struct ReplicaArguments {
-  SceneOption scene;
+  std::string scene, join;
+  std::vector<std::string> sets;
   NodeArguments node;
   std::string user, bind = "0.0.0.0:0";
   std::vector<std::string> peers;
@@ -39,7 +41,18 @@ void add_replica(CLI::App& app) {
       "Users that come first in the scene are joined by those after them:\n"
       "  host a:  tandem replica --scene box_distributed --user 1 --bind 0.0.0.0:7001\n"
       "  host b:  tandem replica --scene box_distributed --user 2 --peer 1=a:7001");
-  arguments->scene.add(*command);
+  auto* scene = command->add_option("--scene", arguments->scene,
+                                    "scene: a name (`tandem scene list`) or a file");
+  command
+      ->add_option("--join", arguments->join,
+                   "HOST:PORT of a running replica of a user before ours: its scene is ours")
+      ->excludes(scene);
+  command
+      ->add_option("--set", arguments->sets,
+                   "change one field of --scene, PATH=VALUE; what everyone must share has to be "
+                   "changed everywhere")
+      ->take_all()
+      ->allow_extra_args(false);
   command->add_option("--user", arguments->user, "which user of the scene sits here")->required();
   command->add_option("--bind", arguments->bind, "own ADDRESS:PORT; port 0: any")
       ->capture_default_str();
@@ -50,8 +63,19 @@ void add_replica(CLI::App& app) {
       ->allow_extra_args(false);
   arguments->node.add(*command);
   command->callback([arguments] {
-    const core::Scene scene = arguments->scene.load();
-    finish(distributed::run_replica(scene, options_of(*arguments)), arguments->node.json);
+    const ReplicaArguments& a = *arguments;
+    distributed::ReplicaOptions options = options_of(a);
+    if (a.join.empty()) {
+      if (a.scene.empty())
+        throw CLI::RequiredError("--scene NAME|FILE, or --join HOST:PORT of a running replica");
+      finish(distributed::run_replica(scene::load_scene(a.scene, a.sets), options), a.node.json);
+      return;
+    }
+    if (!a.sets.empty())
+      throw CLI::ValidationError("--set", "needs --scene; with --join the scene is the host's");
+    const distributed::FetchedScene fetched = distributed::fetch_scene(a.join, options);
+    options.peers.push_back(fetched.host);
+    finish(distributed::run_replica(fetched.scene, options), a.node.json);
   });
 }
 

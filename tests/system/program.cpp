@@ -12,8 +12,8 @@
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <thread>
-#include <utility>
 #include <unistd.h>
+#include <utility>
 
 namespace tandem::test {
 namespace {

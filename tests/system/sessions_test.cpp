@@ -83,6 +83,17 @@ TEST(Sessions, ServerAndClientMeetAndTheClientNeedsNoScene) {
   expect_same_bits(scratch("client.h5"));
 }
 
+TEST(Sessions, AReplicaCanTakeTheSceneOfARunningOne) {
+  const std::string a = free_address();
+  Program one(replica("1", a, a, "4", "host"));
+  ASSERT_TRUE(one.says("spins"));
+  Program two(node(
+      {"replica", "--join", a, "--user", "2", "--seconds", "2", "--json", scratch("guest.json")}));
+  ASSERT_EQ(two.wait(), 0) << two.output();
+  ASSERT_EQ(one.wait(), 0) << one.output();
+  EXPECT_GT(json_in(scratch("guest.json"))["packets_received"], 150);
+}
+
 TEST(Sessions, EverySpaceHasNodes) {
   for (const char* scene : {"axis_distributed", "space_box"}) {
     const std::string a = free_address();

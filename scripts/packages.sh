@@ -1,14 +1,14 @@
 # Debian 12 packages of Tandem, and how they get installed. Sourced by scripts/demo and scripts/test.
 
-# To build the libraries and the program, and to draw the demo's picture.
+# To build and run: libraries, program, the demo's picture and the cyclictest it runs beside itself.
 build_packages=(
   g++ cmake ninja-build ccache
   libglm-dev libprotobuf-dev protobuf-compiler libboost1.81-dev libhdf5-dev zlib1g-dev
   libcli11-dev libfmt-dev nlohmann-json3-dev libeigen3-dev libgtest-dev libbenchmark-dev
-  python3 python3-matplotlib
+  python3 python3-matplotlib rt-tests
 )
-# For the tests beyond that: formatting, lint, network namespaces, the scheduler's own peer.
-test_packages=(clang-format-14 clang-tidy-14 iproute2 rt-tests procps util-linux)
+# For the tests beyond that: formatting, lint, network namespaces.
+test_packages=(clang-format-14 clang-tidy-14 iproute2 procps util-linux)
 
 # need_packages PACKAGE ...: installs what is missing, with one apt-get call; says what and how when
 # it may not. Nothing is asked and nothing is upgraded.

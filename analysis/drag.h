@@ -35,17 +35,18 @@ struct Drag {
 namespace detail {
 
 /// Runs `loop` until `value(loop)`, taken over one packet period, changes by less than one part in
-/// 10^11 over three checks a second apart; empty if it never does or leaves all bounds.
+/// 10^11, or of `least` if that is more, over three checks of 128 periods each; empty if it never
+/// does or leaves all bounds.
 template <typename Loop, typename Value>
-[[nodiscard]] std::optional<double> settled(Loop& loop, Value&& value, double scale,
+[[nodiscard]] std::optional<double> settled(Loop& loop, Value&& value, double least,
                                             double max_seconds) {
   double previous = std::numeric_limits<double>::quiet_NaN();
   int steady = 0;
   while (loop.time() < max_seconds) {
     for (int i = 0; i < 128; ++i) loop.advance_packet_period();
     const double now = value(loop);
-    if (!std::isfinite(now) || std::abs(now) > 1e9 * scale) return std::nullopt;
-    const double tolerance = 1e-11 * std::max(std::abs(now), 1e-3 * scale);
+    if (!std::isfinite(now) || std::abs(now) > 1e9) return std::nullopt;
+    const double tolerance = 1e-11 * std::max(std::abs(now), least);
     steady = std::abs(now - previous) <= tolerance ? steady + 1 : 0;
     if (steady == 3) return now;
     previous = now;
@@ -71,7 +72,7 @@ template <typename Loop>
     return (loop.hands().finger(user, 0).position() - before) / period;
   };
   Drag drag;
-  if (const auto v = detail::settled(pushed, mean_velocity, 1.0, 600.0); v && *v > 0.0) {
+  if (const auto v = detail::settled(pushed, mean_velocity, 1e-3, 600.0); v && *v > 0.0) {
     drag.n_s_per_m = kForce / *v;
     drag.settled_after_s = pushed.time();
     return drag;
@@ -88,6 +89,7 @@ template <typename Loop>
     return sum / loop.ticks_per_packet();
   };
   drag.prescribed = true;
+  // The rounding of metres times a stiffness is some 1e-12 N, and all there is without drag.
   if (const auto f = detail::settled(led, mean_force, 1.0, 600.0)) drag.n_s_per_m = *f / kVelocity;
   drag.settled_after_s = led.time();
   return drag;

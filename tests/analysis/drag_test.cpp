@@ -58,9 +58,16 @@ TEST(Drag, IsGivenBackByCompensationAndMeasuredByMotionWhereItIsNegative) {
   EXPECT_NEAR(drag_of(scene, 1).n_s_per_m.value(), 0.2022, 5e-5);
   const Drag negative = drag_of(scene, 0);
   EXPECT_TRUE(negative.prescribed);
-  if (negative.n_s_per_m) {
-    EXPECT_NEAR(*negative.n_s_per_m, -2.0149, 5e-3);
-  }
+  EXPECT_NEAR(negative.n_s_per_m.value_or(0.0), -2.0149, 5e-3);
+}
+
+// A single user's momentum is kept: no drag, also where a stiff coupler and a tick of computation
+// delay leave nothing but rounding to settle.
+TEST(Drag, OfASingleUserIsNothing) {
+  core::Scene scene = scene::load_scene("axis_single");
+  scene.rates.latency_ticks = 1;
+  scene.couplers[0].gain.stiffness = 6400.0;
+  EXPECT_NEAR(drag_of(scene, 0).n_s_per_m.value_or(1.0), 0.0, 1e-9);
 }
 
 // Dead reckoning takes the drag away at its source (reference analysis, 4.4: |b| < 6e-15).

@@ -27,6 +27,10 @@ core::Vec3 on_surface(const core::ObjectParameters& object, const core::Vec3& fi
 }  // namespace
 
 core::Scene linearised_at_grasp(core::Scene scene) {
+  for (auto& device : scene.devices) {
+    device.encoder_step = device.friction = 0.0;
+    device.max_force = device.max_slew = 0.0;
+  }
   if (scene.space == core::Space::kAxis) return scene;
   if (scene.space != core::Space::kPlane || scene.objects.empty())
     throw std::invalid_argument("only a scene in the plane with an object has a linearised grasp");
@@ -35,10 +39,7 @@ core::Scene linearised_at_grasp(core::Scene scene) {
   scene.walls.clear();
   scene.silence.reset();
   for (auto& object : scene.objects) object.ground_friction = object.ground_friction_rotation = 0.0;
-  for (auto& device : scene.devices) {
-    device.encoder_step = device.friction = device.velocity_cutoff_hz = 0.0;
-    device.max_force = device.max_slew = 0.0;
-  }
+  for (auto& device : scene.devices) device.velocity_cutoff_hz = 0.0;
   for (auto& user : scene.users)
     for (auto& finger : user.fingers) {
       finger.position = on_surface(scene.objects.front(), finger.position);

@@ -51,10 +51,11 @@ class ClientLaw {
   [[nodiscard]] double server_gain() const noexcept { return presence_.gain(); }
   [[nodiscard]] core::SiteCounts counts() const noexcept { return {fingers_, objects_}; }
 
-  /// The only states are the held forces.
+  /// The states in order: held forces, velocity estimates.
   template <typename Visitor>
   void visit_state(Visitor&& visitor) {
     core::visit_reply(held_, {fingers_, 0}, visitor);
+    stages_.visit_state(fingers_, visitor);
   }
 
  private:

@@ -65,7 +65,8 @@ class ServerLaw {
     return users_[user].wrench[o];
   }
 
-  /// The states in order: objects, held samples of the remote users, delayed forces.
+  /// The states in order: objects, held samples of the remote users, delayed forces, velocity
+  /// estimates. Contacts, presence and the guard are not among them: a linear law has none.
   template <typename Visitor>
   void visit_state(Visitor&& visitor) {
     for (int o = 0; o < world_.object_count(); ++o) World::visit_body(objects_[o], visitor);
@@ -74,6 +75,7 @@ class ServerLaw {
     for (int u = 0; u < user_count_; ++u)
       users_[u].latency.visit_state({users_[u].fingers, u == 0 ? world_.object_count() : 0},
                                     visitor);
+    for (int u = 0; u < user_count_; ++u) users_[u].stages.visit_state(users_[u].fingers, visitor);
   }
 
  private:

@@ -61,13 +61,15 @@ class ReplicaLaw {
     return own_wrench_[o];
   }
 
-  /// The states in order: own objects, held samples of the peers, delayed forces.
+  /// The states in order: own objects, held samples of the peers, delayed forces, velocity
+  /// estimates. Contacts, presence and the guard are not among them: a linear law has none.
   template <typename Visitor>
   void visit_state(Visitor&& visitor) {
     for (int o = 0; o < world_.object_count(); ++o) World::visit_body(own_.objects[o], visitor);
     for (int j = 0; j < user_count_; ++j)
       if (j != user_) core::visit_site(peers_[j].held, counts(j), visitor);
     latency_.visit_state(counts(user_), visitor);
+    stages_.visit_state(finger_counts_[user_], visitor);
   }
 
  private:

@@ -52,6 +52,13 @@ class FingerStages {
       if (guarded_[f]) output.forces[f] = guards_[f].pass(output.forces[f], output.faults);
   }
 
+  /// Visits the velocity estimates; what the guard remembers matters only beyond its limits.
+  template <typename Visitor>
+  void visit_state(int fingers, Visitor&& visitor) {
+    for (int f = 0; f < fingers; ++f)
+      if (estimated_[f]) estimates_[f].visit_state(visitor);
+  }
+
  private:
   std::array<VelocityEstimate<V>, kMaxFingers> estimates_{};
   std::array<ForceGuard<V>, kMaxFingers> guards_{};

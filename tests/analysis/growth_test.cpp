@@ -1,6 +1,8 @@
 #include "analysis/growth.h"
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <limits>
 
 #include <gtest/gtest.h>
@@ -89,6 +91,40 @@ TEST(Growth, OfASingleUserIsThatOfTheRelativeMode) {
   const double sum = 2.0 - 10 * T / mu - 1000 * T * T / (2 * mu);
   ASSERT_LT(sum * sum, 4.0 * product);
   EXPECT_NEAR(growth_of(scene::load_scene("axis_single"), 0), std::pow(product, 4), kSlope);
+}
+
+// A velocity filter is part of the linear loop: the tick of hand, object and filter as a matrix
+// written down here. Beyond the boundary, where the drift x = v t is not the largest.
+TEST(Growth, CountsTheVelocityFilterOfTheDevice) {
+  core::Scene scene = scene::load_scene("axis_single");
+  core::DeviceParameters device;
+  device.name = "d";
+  device.velocity_cutoff_hz = 40.0;
+  device.max_force = 1.0;  // not linear: left out
+  scene.devices.push_back(device);
+  scene.users[0].fingers[0].device = "d";
+  const double T = 1.0 / 1024.0, a = std::exp(-2.0 * 3.14159265358979323846 * 40.0 * T);
+  for (const double k : {12000.0, 18000.0}) {
+    scene = with_gains(scene, {{"k", {k, 10}}});
+    // States: x_h, v_h, x_o, v_o, last x_h, v estimated.
+    Eigen::Matrix<double, 1, 6> estimate, force;
+    estimate << (1 - a) / T, 0, 0, 0, -(1 - a) / T, a;
+    force << k, 0, -k, -10, 0, 0;
+    force += 10 * estimate;
+    Eigen::Matrix<double, 6, 6> A = Eigen::Matrix<double, 6, 6>::Identity();
+    A(0, 1) = A(2, 3) = T;
+    A.row(0) -= T * T / 2 / 0.1 * force;
+    A.row(1) -= T / 0.1 * force;
+    A.row(2) += T * T / 2 / 0.4 * force;
+    A.row(3) += T / 0.4 * force;
+    A.row(4) << 1, 0, 0, 0, 0, 0;
+    A.row(5) = estimate;
+    const Eigen::Matrix<std::complex<double>, 6, 1> roots = A.eigenvalues();
+    double radius = 0.0;
+    for (const auto& z : roots) radius = std::max(radius, std::abs(z));
+    ASSERT_GT(radius, 1.001);
+    EXPECT_NEAR(growth_of(linearised_at_grasp(scene), 0), std::pow(radius, 8), kSlope) << k;
+  }
 }
 
 // A copy of 0.01 kg on its dampers grows at every tick by itself: 10^187 times in a packet period

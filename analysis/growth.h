@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -30,10 +31,19 @@ struct Growth {
 
 namespace detail {
 
+/// Packets in flight are states: lost, doubled or late ones change their number.
+inline void demand_same_states(std::size_t found, std::size_t expected) {
+  if (found != expected)
+    throw std::invalid_argument(
+        "growth: the number of states changes from period to period; a network with jitter, loss "
+        "or duplicates has no growth per packet");
+}
+
 template <typename Loop>
 void set_deviation(Loop& loop, const std::vector<double>& reference, const std::vector<double>& d,
                    double amplitude) {
   auto entries = states_of(loop);
+  demand_same_states(entries.size(), reference.size());
   for (std::size_t i = 0; i < entries.size(); ++i)
     *entries[i].value = reference[i] + amplitude * d[i];
 }
@@ -42,6 +52,7 @@ template <typename Loop>
 void get_deviation(Loop& loop, const std::vector<double>& reference, std::vector<double>& d,
                    double amplitude) {
   const auto entries = states_of(loop);
+  demand_same_states(entries.size(), reference.size());
   for (std::size_t i = 0; i < entries.size(); ++i)
     d[i] = (*entries[i].value - reference[i]) / amplitude;
 }
@@ -123,6 +134,7 @@ template <typename Loop>
 /// every state, packets in flight included; after each packet period the common motions are
 /// subtracted and the rest is scaled to norm one, the logarithm of the scale summed up. The answer
 /// is exp of the least-squares slope of that sum over periods fit_from .. periods.
+/// Throws std::invalid_argument where packets have fates of their own (jitter, loss).
 /// `loop` must be at rest; it is run 64 periods first so that its links are full.
 template <typename Loop>
 [[nodiscard]] Growth measure_growth(Loop loop, const GrowthOptions& options) {

@@ -73,6 +73,17 @@ core::NetworkModel network_of(const SimulateOptions& o, const core::Scene& scene
   return network;
 }
 
+/// The same network with its delays alone: growth and drag are those of a steady map.
+core::NetworkModel delays_only(core::NetworkModel network) {
+  for (auto& row : network.link)
+    for (core::LinkModelParameters& link : row) {
+      core::LinkModelParameters steady;
+      steady.delay_ticks = link.delay_ticks;
+      link = steady;
+    }
+  return network;
+}
+
 /// Position of an object for people and files: x, or x, y, angle.
 std::vector<double> pose(const core::AxisState& b) { return {b.p}; }
 std::vector<double> pose(const core::PlaneBody& b) { return {b.p.x, b.p.y, b.angle}; }
@@ -190,6 +201,7 @@ const char* verdict(double growth) {
 void simulate_scene(const SimulateOptions& o) {
   const core::Scene scene = o.scene.load();
   const core::NetworkModel network = network_of(o, scene);
+  const core::NetworkModel steady = delays_only(network);
   const bool has_object = !scene.objects.empty();
   const Run run = analysis::with_loop(scene, network, [&](auto& loop) {
     return run_session(loop, o.seconds, !o.csv.empty() || !o.picture.empty(), has_object);
@@ -221,7 +233,7 @@ void simulate_scene(const SimulateOptions& o) {
   const bool can_grow = has_object && scene.space != core::Space::kSpace && !o.no_growth;
   if (can_grow) {
     const core::Scene linear = analysis::linearised_at_grasp(scene);
-    const auto growth = analysis::with_loop(linear, network, [&](auto& loop) {
+    const auto growth = analysis::with_loop(linear, steady, [&](auto& loop) {
       analysis::GrowthOptions options;
       options.seed = o.seed;
       if (scene.space != core::Space::kAxis) options.amplitude = 1e-6;
@@ -242,7 +254,7 @@ void simulate_scene(const SimulateOptions& o) {
   if (has_object && scene.space == core::Space::kAxis) {
     const int user = analysis::drag_user(scene);
     const core::Scene alone = analysis::with_one_hand(scene, scene.users[user].name);
-    const auto drag = analysis::with_loop_of<core::AxisWorld>(alone, network, [&](auto& loop) {
+    const auto drag = analysis::with_loop_of<core::AxisWorld>(alone, steady, [&](auto& loop) {
       return analysis::measure_drag(loop, user, scene.tick());
     });
     json["drag_n_s_per_m"] = drag.n_s_per_m ? number(*drag.n_s_per_m) : nullptr;

@@ -127,6 +127,17 @@ TEST(Growth, CountsTheVelocityFilterOfTheDevice) {
   }
 }
 
+// Fates of packets change the number of those in flight: refused, never measured beyond the end.
+TEST(Growth, RefusesANetworkWithFates) {
+  const core::Scene scene = scene::load_scene("axis_distributed");
+  core::NetworkModel network;
+  network.set_round_trip(2.0, scene.ticks_per_packet());
+  network.link[0][1].loss = 0.1;
+  EXPECT_THROW(
+      with_loop(scene, network, [](auto& loop) { return measure_growth(loop, {}).per_packet; }),
+      std::invalid_argument);
+}
+
 // A copy of 0.01 kg on its dampers grows at every tick by itself: 10^187 times in a packet period
 // of 512 ticks, whose squares are no numbers any more, and beyond all numbers in 1024. Neither is
 // the same as having died out.

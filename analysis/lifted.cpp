@@ -1,0 +1,382 @@
+#include "analysis/lifted.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <stdexcept>
+
+#include "analysis/growth.h"
+#include "analysis/linearised_grasp.h"
+#include "analysis/with_loop.h"
+
+namespace tandem::analysis {
+
+namespace {
+
+/// A simple eigenvalue one is found to some 1e-15; the smallest drag looked for moves it by 5e-13.
+constexpr double kDrift = 1e-13;
+
+/// Everything moving at one metre a second, (M - I) s = T_t t, where the scene keeps uniform motion
+/// (no drag); empty if it does not. Bodies may trail each other: what is held is old.
+std::vector<double> uniform_motion(const Matrix& m, const std::vector<double>& t, double period,
+                                   int pivot) {
+  const int n = m.rows;
+  Matrix a(n, n - 1);
+  std::vector<double> right(n), s(n, 0.0);
+  for (int i = 0; i < n; ++i) {
+    right[i] = period * t[i];
+    for (int j = 0, c = 0; j < n; ++j)
+      if (j != pivot) a(i, c++) = m(i, j) - (i == j ? 1.0 : 0.0);
+  }
+  const std::vector<double> x = solve(a, right);
+  for (int j = 0, c = 0; j < n; ++j)
+    if (j != pivot) s[j] = x[c++];
+  // A row is kept if its residual is rounding beside what was added up in it, or beside that of
+  // all it goes to: a force in flight is zero here, but for rounding of its own.
+  std::vector<double> residual(n), size(n);
+  for (int i = 0; i < n; ++i) {
+    size[i] = std::abs(s[i]);
+    residual[i] = -s[i] - right[i];
+    for (int j = 0; j < n; ++j) {
+      size[i] += std::abs(m(i, j) * s[j]);
+      residual[i] += m(i, j) * s[j];
+    }
+  }
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (int i = 0; i < n; ++i) {
+      double least = std::numeric_limits<double>::infinity();
+      for (int k = 0; k < n; ++k)
+        if (m(k, i) != 0.0) least = std::min(least, size[k] / std::abs(m(k, i)));
+      if (!(least > 2.0 * size[i])) continue;
+      size[i] = least;
+      changed = true;
+    }
+  }
+  for (int i = 0; i < n; ++i)
+    if (!(std::abs(residual[i]) <= 1e-12 * size[i])) return {};
+  return s;
+}
+
+/// Eliminates direction `t` (t[pivot] = 1), which the map keeps: R = M - t M[pivot,:], row and
+/// column pivot dropped. Exact zero patterns stay.
+void eliminate(Matrix& m, const std::vector<double>& t, int pivot) {
+  Matrix r(m.rows - 1, m.cols - 1);
+  for (int i = 0, ri = 0; i < m.rows; ++i) {
+    if (i == pivot) continue;
+    for (int j = 0, rj = 0; j < m.cols; ++j) {
+      if (j == pivot) continue;
+      r(ri, rj++) = m(i, j) - t[i] * m(pivot, j);
+    }
+    ++ri;
+  }
+  m = std::move(r);
+}
+
+/// A vector after elimination of `t`: its share of t taken off, entry `pivot` dropped.
+void eliminate_from(std::vector<double>& x, const std::vector<double>& t, int pivot) {
+  const double amount = x[pivot];
+  for (std::size_t i = 0; i < x.size(); ++i) x[i] -= amount * t[i];
+  x.erase(x.begin() + pivot);
+}
+
+/// Rounding of powers leaves more than the last digit of a row where a scene is stiff; a law that
+/// breaks the symmetry moves velocities by its stiffness.
+bool keeps(const Matrix& m, const std::vector<double>& t, double tolerance, double period) {
+  const std::vector<double> after = multiply(m, t);
+  double largest = 1.0 / period;
+  for (const double x : m.values) largest = std::max(largest, std::abs(x));
+  for (int i = 0; i < m.rows; ++i)
+    if (!(std::abs(after[i] - t[i]) <= tolerance * largest)) return false;
+  return true;
+}
+
+/// Number of the piece each state belongs to; pieces do not feel each other.
+std::vector<int> pieces(const Matrix& m, int& count) {
+  std::vector<int> piece(m.rows, -1);
+  count = 0;
+  for (int start = 0; start < m.rows; ++start) {
+    if (piece[start] >= 0) continue;
+    std::vector<int> stack{start};
+    piece[start] = count;
+    while (!stack.empty()) {
+      const int i = stack.back();
+      stack.pop_back();
+      for (int j = 0; j < m.rows; ++j)
+        if (piece[j] < 0 && (m(i, j) != 0.0 || m(j, i) != 0.0)) {
+          piece[j] = count;
+          stack.push_back(j);
+        }
+    }
+    ++count;
+  }
+  return piece;
+}
+
+struct Part {
+  Matrix m;
+  std::vector<Symmetry> symmetries;
+  std::vector<double> velocities;
+};
+
+Part part_of(const LiftedSystem& system, const std::vector<int>& piece, int which) {
+  std::vector<int> kept;
+  for (int i = 0; i < system.states(); ++i)
+    if (piece[i] == which) kept.push_back(i);
+  const int n = static_cast<int>(kept.size());
+  Part part{Matrix(n, n), {}, {}};
+  for (int i = 0; i < n; ++i) {
+    part.velocities.push_back(system.velocities[kept[i]]);
+    for (int j = 0; j < n; ++j) part.m(i, j) = system.transition(kept[i], kept[j]);
+  }
+  for (const Symmetry& s : system.symmetries) {
+    Symmetry local{s.name, {}, static_cast<std::size_t>(n)};
+    for (int i = 0; i < n; ++i) {
+      local.direction.push_back(s.direction[kept[i]]);
+      // The pivot is a state with entry one: where a position is, not a held force.
+      if (local.pivot == static_cast<std::size_t>(n) && s.direction[kept[i]] == 1.0)
+        local.pivot = static_cast<std::size_t>(i);
+    }
+    if (kept.end() != std::find(kept.begin(), kept.end(), static_cast<int>(s.pivot)))
+      local.pivot = static_cast<std::size_t>(
+          std::find(kept.begin(), kept.end(), static_cast<int>(s.pivot)) - kept.begin());
+    if (local.pivot < static_cast<std::size_t>(n)) part.symmetries.push_back(std::move(local));
+  }
+  return part;
+}
+
+void deflate(const LiftedSystem& system, Part& part, std::vector<std::string>& removed) {
+  const bool axis = system.symmetries.size() == 1;
+  for (std::size_t k = 0; k < part.symmetries.size(); ++k) {
+    const Symmetry s = part.symmetries[k];
+    const int pivot = static_cast<int>(s.pivot);
+    if (!keeps(part.m, s.direction, system.tolerance, system.period)) {
+      if (system.grounded || !axis) continue;
+      throw std::domain_error(
+          "the scene has no spring to the ground, yet moving everything alike does not move "
+          "everything alike: a coupler breaks translation invariance");
+    }
+    eliminate(part.m, s.direction, pivot);
+    removed.push_back(s.name);
+    for (std::size_t other = k + 1; other < part.symmetries.size(); ++other) {
+      Symmetry& o = part.symmetries[other];
+      eliminate_from(o.direction, s.direction, pivot);
+      if (o.pivot > s.pivot) --o.pivot;
+    }
+  }
+}
+
+/// Takes out the second one of a double eigenvalue one, where there is one.
+bool deflate_uniform_motion(const LiftedSystem& system, const Part& whole, Part& part) {
+  const Symmetry& t = whole.symmetries[0];
+  const int pivot = static_cast<int>(t.pivot);
+  std::vector<double> s = uniform_motion(whole.m, t.direction, system.period, pivot);
+  if (s.empty()) return false;
+  eliminate_from(s, t.direction, pivot);
+  const auto largest = std::max_element(
+      s.begin(), s.end(), [](double x, double y) { return std::abs(x) < std::abs(y); });
+  const int at = static_cast<int>(largest - s.begin());
+  const double amount = *largest;
+  for (double& x : s) x /= amount;
+  eliminate(part.m, s, at);
+  return true;
+}
+
+template <typename Loop>
+LiftedSystem measure(Loop loop, const core::Scene& scene, double amplitude) {
+  for (int i = 0; i < 64; ++i) loop.advance_packet_period();
+  std::vector<double> reference;
+  for (const StateEntry& e : states_of(loop)) reference.push_back(*e.value);
+  const int n = static_cast<int>(reference.size());
+
+  LiftedSystem system;
+  system.period = loop.ticks_per_packet() * scene.tick();
+  system.transition = Matrix(n, n);
+  const auto run = [&](const std::vector<double>& d, double size) {
+    detail::set_deviation(loop, reference, d, size);
+    loop.advance_packet_period();
+    std::vector<double> after(n);
+    detail::get_deviation(loop, reference, after, size);
+    return after;
+  };
+  // The rest moves where a wall pushes it: what a deviation adds to that is the map.
+  const std::vector<double> rest = run(std::vector<double>(n, 0.0), 1.0);
+  const auto linear = [&](const std::vector<double>& d) {
+    std::vector<double> y = run(d, amplitude);
+    if (amplitude == 1.0) {
+      for (int i = 0; i < n; ++i) y[i] -= rest[i];
+      return y;
+    }
+    const std::vector<double> back = run(d, -amplitude);  // central difference
+    for (int i = 0; i < n; ++i) y[i] = 0.5 * (y[i] + back[i]);
+    return y;
+  };
+  std::vector<double> unit(n, 0.0);
+  for (int j = 0; j < n; ++j) {
+    unit[j] = 1.0;
+    const std::vector<double> column = linear(unit);
+    for (int i = 0; i < n; ++i) system.transition(i, j) = column[i];
+    unit[j] = 0.0;
+  }
+
+  // Superposition, on one seeded deviation: a threshold or a saturation shows here.
+  core::Random random(1);
+  std::vector<double> d(n);
+  for (double& x : d) x = random.uniform(-1.0, 1.0);
+  const std::vector<double> whole = linear(d), sum = multiply(system.transition, d);
+  for (int i = 0; i < n; ++i) {
+    double sizes = 1.0;
+    for (int j = 0; j < n; ++j) sizes += std::abs(system.transition(i, j) * d[j]);
+    if (std::isfinite(whole[i]) && !(std::abs(whole[i] - sum[i]) <= 1e-4 * sizes))
+      throw std::domain_error(
+          "the scene is not linear: the effect of two deviations is not the sum of their effects");
+  }
+
+  detail::set_deviation(loop, reference, std::vector<double>(n, 0.0), 1.0);
+  const auto entries = states_of(loop);
+  for (const StateEntry& e : entries)
+    system.velocities.push_back(e.kind == StateKind::kVelocity ? 1.0 : 0.0);
+  if (amplitude == 1.0) {
+    system.symmetries = candidate_symmetries(entries, reference);
+  } else {
+    system.symmetries = kept_symmetries(loop, reference, amplitude);
+    system.tolerance = 1e-4;  // found by a finite difference
+  }
+
+  int index = 0;
+  constexpr int kComponents = core::kComponents<typename Loop::Vector>;
+  for (int u = 0; u < loop.user_count(); ++u)
+    for (int f = 0; f < loop.hands().count(u); ++f) {
+      for (int c = 0; c < kComponents; ++c) {
+        ForcePort port{scene.users[u].name + "." + scene.users[u].fingers[f].name,
+                       {},
+                       index + c,
+                       index + kComponents + c};
+        typename Loop::Vector force{0.0};
+        core::component(force, c) = amplitude;
+        loop.hands().finger(u, f).set_external_force(force);
+        port.push = run(std::vector<double>(n, 0.0), amplitude);
+        loop.hands().finger(u, f).set_external_force(typename Loop::Vector{0.0});
+        for (int i = 0; i < n; ++i) port.push[i] -= rest[i] / amplitude;
+        system.ports.push_back(std::move(port));
+      }
+      index += 2 * kComponents;
+    }
+  return system;
+}
+
+bool has_spring_to_ground(const core::Scene& scene) {
+  if (!scene.walls.empty()) return true;
+  for (const auto& user : scene.users)
+    for (const auto& finger : user.fingers)
+      if (finger.hand.stiffness > 0.0) return true;
+  return false;
+}
+
+}  // namespace
+
+LinearScene linear_scene(const core::Scene& given) {
+  LinearScene out{given, {}};
+  core::Scene& scene = out.scene;
+  const auto assume = [&](bool changed, const char* what) {
+    if (changed) out.assumptions.emplace_back(what);
+  };
+  if (scene.space == core::Space::kPlane) {
+    scene = linearised_at_grasp(scene);
+    assume(!given.contact.attached, "fingers attached to the object where they first touch it");
+    assume(!given.walls.empty(), "no walls: the grasp is judged in free motion");
+  }
+  if (scene.space == core::Space::kAxis) {
+    assume(!scene.contact.attached, "fingers attached to the object: contact never opens");
+    scene.contact = {};
+    scene.contact.attached = true;
+    bool opened = false;
+    for (auto& wall : scene.walls) {
+      opened = opened || !wall.attached;
+      wall.attached = true;
+    }
+    assume(opened, "walls attached: what touches them never lifts off");
+  }
+  bool friction = false, device = false, intent = false;
+  for (auto& object : scene.objects) {
+    friction = friction || object.ground_friction > 0.0 || object.ground_friction_rotation > 0.0;
+    object.ground_friction = object.ground_friction_rotation = 0.0;
+  }
+  for (auto& d : scene.devices) {
+    device = device || d.encoder_step > 0.0 || d.friction > 0.0 || d.velocity_cutoff_hz > 0.0 ||
+             d.max_force > 0.0 || d.max_slew > 0.0;
+    d.encoder_step = d.friction = d.velocity_cutoff_hz = d.max_force = d.max_slew = 0.0;
+  }
+  for (auto& user : scene.users)
+    for (auto& finger : user.fingers) {
+      intent = intent || !finger.intent.path.empty() || !finger.intent.path_sines.empty() ||
+               !finger.intent.force_sines.empty() || finger.intent.force != core::Vec3(0.0);
+      finger.intent = {};
+    }
+  assume(friction, "no friction between objects and the ground");
+  assume(device, "ideal devices: no encoder step, friction, filter or force limit");
+  assume(intent, "hands without intent of their own");
+  assume(scene.silence.has_value(), "packets keep coming: no fading");
+  scene.silence.reset();
+  return out;
+}
+
+LiftedSystem measured_system(const core::Scene& scene, const core::NetworkModel& network) {
+  LiftedSystem system;
+  switch (scene.space) {
+    case core::Space::kAxis:
+      system = with_loop_of<core::AxisWorld>(scene, network,
+                                             [&](auto& loop) { return measure(loop, scene, 1.0); });
+      break;
+    case core::Space::kPlane:
+      system = with_loop_of<core::PlaneWorld>(
+          scene, network, [&](auto& loop) { return measure(loop, scene, 1e-6); });
+      break;
+    case core::Space::kSpace:
+      throw std::domain_error("field space: SPACE has no linear analysis; AXIS and PLANE have");
+  }
+  system.grounded = has_spring_to_ground(scene);
+  return system;
+}
+
+Judgement judge(const LiftedSystem& system) {
+  Judgement out;
+  if (!all_finite(system.transition)) {
+    out.radius = out.log2_radius = std::numeric_limits<double>::infinity();
+    return out;
+  }
+  int count = 0;
+  const std::vector<int> piece = pieces(system.transition, count);
+  out.parts = 0;
+  for (int p = 0; p < count; ++p) {
+    Part part = part_of(system, piece, p);
+    // A state that nothing drives and that drives nothing: a sample overwritten at once.
+    if (part.m.rows == 1 && part.m(0, 0) == 0.0 && part.velocities[0] == 0.0) continue;
+    ++out.parts;
+    if (system.scale != 0.0) {  // far outside anyway
+      const auto found = eigenvalues(part.m);
+      out.eigenvalues.insert(out.eigenvalues.end(), found.begin(), found.end());
+      continue;
+    }
+    const Part whole = part;
+    const std::size_t before = out.removed.size();
+    deflate(system, part, out.removed);
+    auto found = eigenvalues(part.m);
+    const bool drifts = system.symmetries.size() == 1 && out.removed.size() > before &&
+                        std::any_of(found.begin(), found.end(),
+                                    [](const auto& z) { return std::abs(z - 1.0) < kDrift; });
+    if (drifts && deflate_uniform_motion(system, whole, part)) {
+      out.removed.emplace_back("uniform motion");
+      found = eigenvalues(part.m);
+    }
+    out.eigenvalues.insert(out.eigenvalues.end(), found.begin(), found.end());
+  }
+  std::stable_sort(out.eigenvalues.begin(), out.eigenvalues.end(),
+                   [](const auto& a, const auto& b) { return std::abs(a) > std::abs(b); });
+  const double largest = out.eigenvalues.empty() ? 0.0 : std::abs(out.eigenvalues.front());
+  out.log2_radius = std::log2(largest) + system.scale;
+  out.radius = system.scale == 0.0 ? largest : std::exp2(out.log2_radius);
+  return out;
+}
+
+}  // namespace tandem::analysis

@@ -73,9 +73,9 @@ struct ObjectParameters {
   Vec3 inertia{0.0};            ///< principal moments [kg m^2]; plane uses z; 0: uniform density
   Vec3 position{0.0};           ///< initial centre [m]
   double angle = 0.0;           ///< plane: initial rotation [rad]
-  Quat orientation{1.0, 0.0, 0.0, 0.0};  ///< space: initial orientation
-  Vec3 velocity{0.0};           ///< initial velocity of the centre [m/s]
-  Vec3 angular_velocity{0.0};   ///< initial angular velocity [rad/s]; plane uses z
+  Quat orientation{1.0, 0.0, 0.0, 0.0};   ///< space: initial orientation
+  Vec3 velocity{0.0};                     ///< initial velocity of the centre [m/s]
+  Vec3 angular_velocity{0.0};             ///< initial angular velocity [rad/s]; plane uses z
   double ground_friction = 0.0;           ///< Coulomb coefficient against sliding on the ground
   double ground_friction_rotation = 0.0;  ///< Coulomb coefficient against spinning on the ground
   double compensation = 0.0;           ///< negative damping of each copy, linear axes [N s/m], >= 0
@@ -98,13 +98,13 @@ struct WallParameters {
 /// One virtual coupler. With `user` set it joins that user's fingers to the object; without, it
 /// holds `copy`'s copy of the object to the copies of the others.
 struct CouplerParameters {
-  std::string name;    ///< k1, k2; k11, k22, k12, k21, ko1, ko2 in the shipped scenes
+  std::string name;  ///< k1, k2; k11, k22, k12, k21, ko1, ko2 in the shipped scenes
   std::string object;
-  std::string user;    ///< whose hand acts; empty: coordination of copies
-  std::string copy;    ///< user whose copy it acts on; empty: the server's (or only) object
-  Gain gain;           ///< axis: the only gain; plane, space: normal, or coordination of x, y, z
-  Gain tangential;     ///< hands in plane and space
-  Gain rotation;       ///< coordination in plane and space
+  std::string user;  ///< whose hand acts; empty: coordination of copies
+  std::string copy;  ///< user whose copy it acts on; empty: the server's (or only) object
+  Gain gain;         ///< axis: the only gain; plane, space: normal, or coordination of x, y, z
+  Gain tangential;   ///< hands in plane and space
+  Gain rotation;     ///< coordination in plane and space
 };
 
 /// One stretch of a target path, all coordinates blended smoothly; see core/target_path.h.
@@ -133,10 +133,10 @@ struct FingerIntent {
 struct FingerParameters {
   std::string name;
   std::string device;
-  Vec3 position{0.0};   ///< initial [m]
-  double radius = 0.0;  ///< of the finger sphere [m]; plane and axis: 0 is a point
-  Gain hand;            ///< simulated hand: spring and damper to its path; 0: free mass
-  double damping = 0.0; ///< simulated hand: damper to the ground [N s/m]
+  Vec3 position{0.0};    ///< initial [m]
+  double radius = 0.0;   ///< of the finger sphere [m]; plane and axis: 0 is a point
+  Gain hand;             ///< simulated hand: spring and damper to its path; 0: free mass
+  double damping = 0.0;  ///< simulated hand: damper to the ground [N s/m]
   FingerIntent intent;
 };
 
@@ -153,12 +153,12 @@ enum class DeviceKind { kSimulated, kRecorded, kPointer };
 struct DeviceParameters {
   std::string name;
   DeviceKind kind = DeviceKind::kSimulated;
-  double max_force = 0.0;     ///< [N]; 0: not limited (virtual time only)
-  double max_slew = 0.0;      ///< [N/s]; 0: not limited
-  double encoder_step = 0.0;  ///< position resolution [m]; 0: exact
-  double friction = 0.0;      ///< Coulomb friction of the mechanism [N]
+  double max_force = 0.0;           ///< [N]; 0: not limited (virtual time only)
+  double max_slew = 0.0;            ///< [N/s]; 0: not limited
+  double encoder_step = 0.0;        ///< position resolution [m]; 0: exact
+  double friction = 0.0;            ///< Coulomb friction of the mechanism [N]
   double velocity_cutoff_hz = 0.0;  ///< low-pass of the velocity estimate; 0: device's own velocity
-  std::string file;           ///< recorded: what to play
+  std::string file;                 ///< recorded: what to play
 };
 
 struct ReconstructionParameters {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "core/components.h"
 #include "core/finger_sample.h"
 #include "core/packet.h"
 #include "core/scene.h"

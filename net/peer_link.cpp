@@ -114,7 +114,7 @@ JoinResult PeerLink::wait_until_joined(double seconds) {
   };
   const bool in_time = joined_.wait_for(lock, std::chrono::duration<double>(seconds), settled);
   if (!result.joined) {
-    result.error = in_time ? "not joined" : "no answer yet";
+    if (result.error.empty()) result.error = in_time ? "not joined" : "no answer yet";
     for (const LinkMessage& message : messages_)
       if (message.is_error) result.error = message.text;
     if (!in_time && !guests_.empty() && result.error == "no answer yet")

@@ -258,6 +258,9 @@ TEST(PeerLink, RefusalsAndSilenceAreSaidInWords) {
   PeerLink other(joining({address_of(server)}, "2", kHash + 1));
   other.start();
   EXPECT_NE(other.wait_until_joined(5).error.find("other scene"), std::string::npos);
+  // Whoever has read the messages is still told: a node that runs ends itself by this.
+  EXPECT_FALSE(other.take_messages().empty());
+  EXPECT_EQ(other.wait_until_joined(0).error, "refused");
 
   UdpLink nobody("127.0.0.1:0");  // a bound port where nothing answers
   auto options = joining({to_string(nobody.local())}, "1");

@@ -61,6 +61,12 @@ class Checker {
     if (row.kind == "interval") interval(f, c, row);
     if (row.kind == "count") count(f, c, row);
     if (row.kind == "damping") damping(f, c, row);
+    if (row.kind == "response") response(f, c, row);
+    if (row.kind == "stiffness") {
+      const LiftedSystem system = of_model(c, f.at(5));
+      compare(equivalent_stiffness(system, port_of(system, c, f.at(5))), std::stod(f.at(6)),
+              kDampingLimit, row);
+    }
     if (row.kind == "radius") {
       apply_model(c.scene, f.at(5));
       compare(judge(resampled_system(c.scene, c.network)).radius, std::stod(f.at(6)), kRadiusLimit,
@@ -72,26 +78,39 @@ class Checker {
  private:
   Case build(const std::string& name, double packets, const std::string& edits) {
     std::vector<std::string> all;
-    std::string model;
+    std::string model, wall;
     std::stringstream words(edits);
     for (std::string word; words >> word;) {
       if (word.front() == '@') {
-        for (const std::string& w : split(sets_.at(word), ' ')) add(w, all, model);
+        for (const std::string& w : split(sets_.at(word), ' ')) add(w, all, model, wall);
         continue;
       }
-      add(word, all, model);
+      add(word, all, model, wall);
     }
     Case out{scenes_("axis_" + name, all), {}};
     apply_model(out.scene, model);
+    if (!wall.empty()) {
+      core::WallParameters w;
+      w.name = "wall";
+      w.normal = core::Vec3(-1.0, 0.0, 0.0);
+      w.gain = {std::stod(split(wall, ':').at(0)), std::stod(split(wall, ':').at(1))};
+      w.attached = true;
+      out.scene.walls.push_back(w);
+    }
     out.network.set_round_trip(packets, out.scene.ticks_per_packet());
     return out;
   }
 
-  static void add(const std::string& word, std::vector<std::string>& all, std::string& model) {
+  static void add(const std::string& word, std::vector<std::string>& all, std::string& model,
+                  std::string& wall) {
     const std::size_t equal = word.find('=');
     const std::string value = word.substr(equal + 1);
     if (word.substr(0, equal) == "analysis") {
       model = value;
+      return;
+    }
+    if (word.substr(0, equal) == "wall") {
+      wall = value;
       return;
     }
     for (const std::string& field : split(long_field(word.substr(0, equal)), ','))
@@ -162,21 +181,39 @@ class Checker {
                     std::abs(map.rows_apart - rows) + std::abs(map.columns_apart - columns);
   }
 
+  static LiftedSystem of_model(Case& c, const std::string& model) {
+    apply_model(c.scene, model);
+    return resampled_system(c.scene, c.network);
+  }
+
+  static ForcePort port_of(const LiftedSystem& system, const Case& c, const std::string& model) {
+    if (model == "remote") return system.ports.at(static_cast<std::size_t>(drag_user(c.scene)));
+    if (model == "one") return port_named(system, "box@1");
+    if (model == "both") return joined(port_named(system, "box@1"), port_named(system, "box@2"));
+    return system.ports.at(0);
+  }
+
   static void damping(const std::vector<std::string>& f, Case& c, CheckRow& row) {
     const auto words = split(f.at(5), ' ');
-    const std::string& model = words.at(0);
-    apply_model(c.scene, model);
-    const LiftedSystem system = resampled_system(c.scene, c.network);
-    ForcePort port = system.ports.at(0);
-    if (model == "remote") port = system.ports.at(static_cast<std::size_t>(drag_user(c.scene)));
-    if (model == "one" || model == "both") port = port_named(system, "box@1");
-    if (model == "both") port = joined(port, port_named(system, "box@2"));
-    const FreeMotion motion = free_motion(system, port);
+    const LiftedSystem system = of_model(c, words.at(0));
+    const FreeMotion motion = free_motion(system, port_of(system, c, words.at(0)));
     const std::string& output = words.at(1);
     compare(output == "mean"      ? motion.mean_damping
             : output == "sampled" ? motion.sampled_damping
                                   : motion.inertia,
             std::stod(f.at(6)), kDampingLimit, row);
+  }
+
+  /// Magnitude and phase together: distance of the complex numbers, relative.
+  static void response(const std::vector<std::string>& f, Case& c, CheckRow& row) {
+    const auto words = split(f.at(5), ' ');
+    const LiftedSystem system = of_model(c, words.at(0));
+    const auto found =
+        admittance(system, port_of(system, c, words.at(0)), std::stod(f.at(6)), words.at(1) == "X");
+    constexpr double kDegree = 3.14159265358979323846 / 180.0;
+    const double size = std::stod(f.at(7)), phase = std::stod(f.at(8));
+    compare(std::abs(found), size, kDampingLimit, row);
+    row.deviation = std::abs(found - std::polar(size, phase * kDegree)) / size;
   }
 
   const SceneSource& scenes_;

@@ -10,7 +10,7 @@ namespace tandem::analysis {
 
 /// One expected value beside ours.
 struct CheckRow {
-  std::string kind;  ///< interval, count, damping, radius
+  std::string kind;  ///< interval, count, damping, radius, response, stiffness
   std::string name;
   std::string expected, found;  ///< as printed
   double deviation = 0.0;       ///< relative; for counts, how many cells; infinite: other shape

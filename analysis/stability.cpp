@@ -269,7 +269,11 @@ class Tracer {
         across_(across),
         up_(up),
         fine_(1 << levels),
-        tolerance_(tolerance) {}
+        tolerance_(tolerance) {
+    // With a gain of zero a spring is gone and the scene marginal: no boundary worth following.
+    if (across_.from == 0.0) across_.from = 1e-4 * across_.to;
+    if (up_.from == 0.0) up_.from = 1e-4 * up_.to;
+  }
 
   std::vector<Segment> trace() {
     for (int j = 0; j < up_.count; ++j)

@@ -99,7 +99,8 @@ struct Segment {
 
 /// The boundary in [x.from, x.to] x [y.from, y.to] as segments whose ends are on it to `tolerance`
 /// relative. Squares are refined only where the boundary is or may be: the cost follows the
-/// boundary. `across.count`, `up.count`: squares of the coarse grid; each is halved `levels` times.
+/// boundary. A range from zero is followed from a ten-thousandth of its end. `across.count`,
+/// `up.count`: squares of the coarse grid; each is halved `levels` times.
 [[nodiscard]] std::vector<Segment> stability_boundary(StabilityJudge& judge, core::Scene scene,
                                                       const Knob& x, const Axis& across,
                                                       const Knob& y, const Axis& up, int levels = 1,

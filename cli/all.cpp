@@ -5,6 +5,7 @@ namespace tandem::cli {
 void add_all(CLI::App& app) {
   add_demo(app);
   add_simulate(app);
+  add_analyze(app);
   add_scene(app);
   add_server(app);
   add_client(app);

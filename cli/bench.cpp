@@ -1,3 +1,4 @@
+#include "bench/analysis.h"
 #include "bench/packet.h"
 #include "bench/tick.h"
 #include "bench/wakeup.h"
@@ -9,6 +10,7 @@ void add_bench(CLI::App& app) {
   CLI::App* command = app.add_subcommand(
       "bench", "measure Tandem beside a peer in the same run; run it on a quiet machine");
   command->require_subcommand(1);
+  bench::add_bench_analysis(*command);
   bench::add_bench_tick(*command);
   bench::add_bench_packet(*command);
   bench::add_bench_wakeup(*command);

@@ -15,6 +15,7 @@ class Failed : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+void add_analyze(CLI::App& app);
 void add_bench(CLI::App& app);
 void add_client(CLI::App& app);
 void add_demo(CLI::App& app);

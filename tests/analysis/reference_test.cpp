@@ -33,5 +33,11 @@ TEST(Reference, Damping) { expect_all("damping ", 300); }
 // Deflated spectral radii to 1e-10: Tables 8.1, 8.2, compensation, delays of single ticks.
 TEST(Reference, SpectralRadii) { expect_all("radius ", 300); }
 
+// Frequency responses (6.1) of Figs 6.2, 6.4, 6.5 to 1e-9, magnitude and phase together.
+TEST(Reference, FrequencyResponses) { expect_all("response ", 150); }
+
+// Stiffness at rest against a wall, (6.4) as corrected by the reference analysis.
+TEST(Reference, EquivalentStiffness) { expect_all("stiffness ", 8); }
+
 }  // namespace
 }  // namespace tandem::analysis

@@ -1,0 +1,246 @@
+#include "cli/analyze.h"
+
+#include <algorithm>
+#include <cmath>
+#include <thread>
+
+#include <fmt/format.h>
+
+#include "analysis/drag.h"
+#include "analysis/resampled.h"
+#include "analysis/response.h"
+#include "analysis/stability.h"
+#include "cli/commands.h"
+
+namespace tandem::cli {
+
+using nlohmann::ordered_json;
+
+void AnalyzeOptions::add(CLI::App& command) {
+  scene.add(command);
+  json.add(command);
+  command
+      .add_option("--delay-packets", delay_packets,
+                  "round trip in packet periods, all of it one way; fractions are ticks")
+      ->check(CLI::Range(0.0, 60.0));
+}
+
+AnalyzedScene AnalyzeOptions::load() const {
+  analysis::LinearScene linear = analysis::linear_scene(scene.load());
+  AnalyzedScene out{std::move(linear.scene), {}, std::move(linear.assumptions)};
+  if (out.scene.objects.empty())
+    throw CLI::ValidationError("--scene", out.scene.name + " has no object to analyse");
+  out.network.set_round_trip(delay_packets, out.scene.ticks_per_packet());
+  return out;
+}
+
+analysis::LiftedSystem AnalyzedScene::lift() const {
+  return analysis::why_not_resampled(scene, network).empty()
+             ? analysis::resampled_system(scene, network)
+             : analysis::measured_system(scene, network);
+}
+
+std::string AnalyzedScene::assumed() const {
+  std::string text;
+  for (const std::string& a : assumptions) text += "  assumed: " + a + "\n";
+  return text;
+}
+
+namespace {
+
+ordered_json modes_of(const analysis::Judgement& judged, double period, std::string& text) {
+  ordered_json modes = ordered_json::array();
+  constexpr double kPi = 3.14159265358979323846;
+  text += "  modes, slowest first (modulus a packet period, frequency, time constant)\n";
+  int shown = 0;
+  for (const auto& z : judged.eigenvalues) {
+    if (z.imag() < 0.0 || std::abs(z) < 0.02) continue;
+    const double frequency = std::arg(z) / (2.0 * kPi * period);
+    const double constant = -period / std::log(std::abs(z));
+    modes.push_back({{"modulus", number(std::abs(z))},
+                     {"frequency_hz", number(frequency)},
+                     {"time_constant_s", number(constant)}});
+    if (shown++ < 8)
+      text += fmt::format("    {:.10f}  {:8.3f} Hz  {:9.4f} s{}\n", std::abs(z), frequency,
+                          constant, std::abs(z) < 1.0 ? "" : "  grows");
+  }
+  return modes;
+}
+
+/// How far each gain may move with all others as they are.
+ordered_json gain_margins(const AnalyzedScene& s, std::string& text) {
+  ordered_json out;
+  analysis::StabilityJudge judge(s.scene, s.network);
+  analysis::IntervalOptions options;
+  options.samples = std::string(judge.road()) == "measured" ? 80 : 300;
+  options.tolerance = 1e-9;
+  text += "  each gain by itself, stable between\n";
+  for (const core::CouplerParameters& c : s.scene.couplers)
+    for (const char* what : {"stiffness", "damping"}) {
+      const double now = what[0] == 's' ? c.gain.stiffness : c.gain.damping;
+      if (now <= 0.0) continue;
+      const std::string field = "coupler." + c.name + "." + what;
+      const analysis::Knob knob(s.scene, field);
+      const double top = 100.0 * now;
+      const auto stable =
+          analysis::stable_intervals(judge, s.scene, knob, 1e-3 * now, top, options);
+      ordered_json intervals = ordered_json::array();
+      std::string listed;
+      for (const auto& i : stable) {
+        intervals.push_back({number(i.low), number(i.high)});
+        listed += fmt::format(
+            "{}{} .. {}", listed.empty() ? "" : "; ",
+            i.low <= 1e-3 * now ? "0" : fmt::format("{:.6g}", i.low),
+            i.high >= top ? "over " + fmt::format("{:.4g}", top) : fmt::format("{:.6g}", i.high));
+      }
+      text += fmt::format("    {:28} now {:8.6g}: {}\n", field, now,
+                          listed.empty() ? "nowhere" : listed);
+      out[field] = {{"now", now}, {"stable", intervals}, {"scanned_to", top}};
+    }
+  return out;
+}
+
+/// Ticks of round trip, one by one from what is there, until it is no longer stable.
+ordered_json delay_margin(const AnalyzedScene& s, double packets, std::string& text) {
+  const int N = s.scene.ticks_per_packet();
+  const int now = static_cast<int>(std::ceil(packets * N - 1e-9));
+  const int last = now + 20 * N;
+  for (int ticks = now; ticks <= last; ++ticks) {
+    AnalyzedScene later = s;
+    later.network.set_round_trip(static_cast<double>(ticks) / N, N);
+    if (analysis::judge(later.lift()).stable()) continue;
+    text += ticks == now
+                ? "  delay: not stable as it is\n"
+                : fmt::format("  delay: {} more ticks of round trip are borne, {} are not\n",
+                              ticks - now - 1, ticks - now);
+    return ticks - now - 1;
+  }
+  text += fmt::format("  delay: {} more ticks of round trip are borne\n", last - now);
+  return nullptr;
+}
+
+ordered_json felt(const AnalyzedScene& s, std::string& text) {
+  ordered_json out;
+  for (std::size_t u = 0; u < s.scene.users.size(); ++u) {
+    const std::string& user = s.scene.users[u].name;
+    AnalyzedScene alone = s;
+    alone.scene = analysis::with_one_hand(s.scene, user);
+    const std::pair<const char*, const AnalyzedScene*> hands[] = {{"together", &s},
+                                                                  {"alone", &alone}};
+    for (const auto& [what, which] : hands) {
+      const analysis::LiftedSystem system = which->lift();
+      const analysis::ForcePort& port =
+          analysis::port_named(system, user + "." + s.scene.users[u].fingers[0].name);
+      if (system.grounded) {
+        const double k = analysis::equivalent_stiffness(system, port);
+        out[user][what] = {{"stiffness_n_per_m", number(k)}};
+        text += fmt::format("  user {} {:9} feels {:.10g} N/m at rest\n", user, what, k);
+        continue;
+      }
+      const analysis::FreeMotion m = analysis::free_motion(system, port);
+      out[user][what] = {{"damping_n_s_per_m", number(m.mean_damping)},
+                         {"damping_sampled_n_s_per_m", number(m.sampled_damping)},
+                         {"inertia_kg", number(m.inertia)}};
+      text += fmt::format("  user {} {:9} feels {:.10g} N s/m and {:.6g} kg in slow free motion\n",
+                          user, what, m.mean_damping, m.inertia);
+    }
+  }
+  return out;
+}
+
+void point(const AnalyzeOptions& o) {
+  const AnalyzedScene s = o.load();
+  const analysis::LiftedSystem system = s.lift();
+  const analysis::Judgement judged = analysis::judge(system);
+  const analysis::Judgement loop = analysis::judge(analysis::measured_system(s.scene, s.network));
+  ordered_json json;
+  json["scene"] = s.scene.name;
+  json["delay_packets"] = o.delay_packets;
+  json["assumptions"] = s.assumptions;
+  json["states"] = system.states();
+  json["removed"] = judged.removed;
+  json["spectral_radius"] = number(judged.radius);
+  json["log2_spectral_radius"] = number(judged.log2_radius);
+  json["measured_spectral_radius"] = number(loop.radius);
+  json["stable"] = judged.stable();
+  std::string text = fmt::format(
+      "{}, round trip {:.6g} packets: {}\n"
+      "  spectral radius {:.12f} a packet period (measured on the running loop {:.12f})\n"
+      "  {} states; taken out: {}\n",
+      s.scene.name, o.delay_packets, judged.stable() ? "stable" : "NOT stable", judged.radius,
+      loop.radius, system.states(),
+      judged.removed.empty() ? "nothing" : fmt::format("{}", fmt::join(judged.removed, ", ")));
+  text += s.assumed();
+  json["modes"] = modes_of(judged, system.period, text);
+  if (s.scene.space == core::Space::kAxis) json["felt"] = felt(s, text);
+  json["gains"] = gain_margins(s, text);
+  if (s.scene.architecture != core::Architecture::kSingle)
+    json["delay_left_ticks"] = delay_margin(s, o.delay_packets, text);
+  if (!o.json.to_stdout()) fmt::print("{}", text);
+  o.json.write(json);
+}
+
+void damping(const AnalyzeOptions& o) {
+  const AnalyzedScene s = o.load();
+  if (s.scene.space != core::Space::kAxis)
+    throw CLI::ValidationError("--scene", "only axis scenes have one damping");
+  std::string text =
+      fmt::format("{}, round trip {:.6g} packets\n{}", s.scene.name, o.delay_packets, s.assumed());
+  ordered_json json;
+  json["scene"] = s.scene.name;
+  json["delay_packets"] = o.delay_packets;
+  json["original"] = felt(s, text);
+  // Fig 6.3: no hand couplers, the force goes to the copies themselves.
+  AnalyzedScene simple = s;
+  std::erase_if(simple.scene.couplers, [](const auto& c) { return !c.user.empty(); });
+  if (analysis::why_not_resampled(simple.scene, simple.network).empty() &&
+      simple.scene.walls.empty()) {
+    const analysis::LiftedSystem system = simple.lift();
+    std::size_t hands = 0;
+    for (const auto& user : s.scene.users) hands += user.fingers.size();
+    const analysis::ForcePort first = system.ports.at(hands);
+    analysis::ForcePort all = first;
+    for (std::size_t i = hands + s.scene.objects.size(); i < system.ports.size();
+         i += s.scene.objects.size())
+      all = analysis::joined(all, system.ports[i]);
+    const std::pair<const char*, const analysis::ForcePort*> pushes[] = {{"on every copy", &all},
+                                                                         {"on one copy", &first}};
+    for (const auto& [what, port] : pushes) {
+      const analysis::FreeMotion m = analysis::free_motion(system, *port);
+      json["simplified"][what] = {{"damping_n_s_per_m", number(m.mean_damping)},
+                                  {"damping_sampled_n_s_per_m", number(m.sampled_damping)}};
+      text += fmt::format("  simplified model, force {:13}: {:.10g} N s/m (sampled {:.10g})\n",
+                          what, m.mean_damping, m.sampled_damping);
+    }
+  }
+  if (!o.json.to_stdout()) fmt::print("{}", text);
+  o.json.write(json);
+}
+
+}  // namespace
+
+void add_analyze(CLI::App& app) {
+  CLI::App* analyze = app.add_subcommand(
+      "analyze", "what is stable and what the hand feels, exactly, from the same scene");
+  analyze->require_subcommand(1);
+  const auto with_scene = [&](const char* name, const char* about,
+                              void (*run)(const AnalyzeOptions&)) {
+    CLI::App* command = analyze->add_subcommand(name, about);
+    auto o = std::make_shared<AnalyzeOptions>();
+    o->add(*command);
+    command->callback([o, run] {
+      try {
+        run(*o);
+      } catch (const std::domain_error& e) {
+        throw Failed(e.what());
+      }
+    });
+  };
+  with_scene("point", "spectral radius, modes, what is felt, and margins of one scene", point);
+  with_scene("damping", "drag in free motion (6.2) by a direct solve, both models", damping);
+  add_analyze_admittance(*analyze);
+  add_analyze_stability(*analyze);
+  add_analyze_check(*analyze);
+}
+
+}  // namespace tandem::cli

@@ -1,0 +1,173 @@
+#include <algorithm>
+#include <csignal>
+#include <cstdio>
+#include <stdexcept>
+#include <thread>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "analysis/stability.h"
+#include "cli/analyze.h"
+#include "cli/commands.h"
+
+namespace tandem::cli {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+struct StabilityOptions {
+  AnalyzeOptions common;
+  std::vector<std::string> vary;
+  std::string csv;
+  int threads = 0;
+};
+
+volatile std::sig_atomic_t interrupted = 0;
+
+struct Varied {
+  analysis::Knob knob;
+  analysis::Axis axis;
+};
+
+/// FIELD[,FIELD...]=FROM:TO[:CELLS]
+Varied parse(const core::Scene& scene, const std::string& text) {
+  const auto bad = [&](const std::string& why) {
+    throw CLI::ValidationError("--vary", text + ": " + why);
+  };
+  const std::size_t equal = text.find('=');
+  if (equal == std::string::npos) bad("write FIELD[,FIELD...]=FROM:TO[:CELLS]");
+  analysis::Axis axis;
+  char rest = 0;
+  const std::string range = text.substr(equal + 1);
+  const int read =
+      std::sscanf(range.c_str(), "%lf:%lf:%d%c", &axis.from, &axis.to, &axis.count, &rest);
+  if (read != 2 && read != 3) bad("the range is FROM:TO or FROM:TO:CELLS");
+  if (!(axis.from < axis.to) || !(axis.from >= 0.0) || !(axis.to < 1e12))
+    bad("the range must go up, from 0 or more to less than 10^12");
+  if (axis.count < 1 || axis.count > 20000) bad("1 to 20000 cells");
+  try {
+    return {analysis::Knob(scene, text.substr(0, equal)), axis};
+  } catch (const std::invalid_argument& e) {
+    throw CLI::ValidationError("--vary", e.what());
+  }
+}
+
+void intervals(const StabilityOptions& o, const AnalyzedScene& s, const Varied& v) {
+  analysis::StabilityJudge judge(s.scene, s.network);
+  const auto found = analysis::stable_intervals(judge, s.scene, v.knob, v.axis.from, v.axis.to);
+  ordered_json json;
+  json["scene"] = s.scene.name;
+  json["delay_packets"] = o.common.delay_packets;
+  json["vary"] = v.knob.name();
+  json["from"] = v.axis.from;
+  json["to"] = v.axis.to;
+  json["stable"] = ordered_json::array();
+  std::string text = fmt::format("{}, round trip {:.6g} packets, {}\n{}", s.scene.name,
+                                 o.common.delay_packets, v.knob.name(), s.assumed());
+  std::string csv = "low,high\n";
+  for (const auto& i : found) {
+    json["stable"].push_back({i.low, i.high});
+    csv += fmt::format("{},{}\n", i.low, i.high);
+    text += fmt::format("  stable from {:.12g}{} to {:.12g}{}\n", i.low,
+                        i.low == v.axis.from ? " (start of scan)" : "", i.high,
+                        i.high == v.axis.to ? " (end of scan)" : "");
+  }
+  if (found.empty()) text += "  nowhere stable\n";
+  json["road"] = judge.road();
+  json["evaluations"] = judge.evaluations();
+  if (!o.csv.empty()) write_text(o.csv, csv);
+  if (!o.common.json.to_stdout()) fmt::print("{}", text);
+  o.common.json.write(json);
+}
+
+void map(const StabilityOptions& o, const AnalyzedScene& s, const Varied& x, const Varied& y) {
+  analysis::StabilityJudge judge(s.scene, s.network);
+  const int threads = o.threads > 0
+                          ? o.threads
+                          : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  const bool progress = isatty(STDERR_FILENO) != 0;
+  const auto before = std::signal(SIGINT, [](int) { interrupted = 1; });
+  const auto found = analysis::stability_map(
+      judge, s.scene, x.knob, x.axis, y.knob, y.axis, threads, [&](int done, int all) {
+        if (progress) fmt::print(stderr, "\r{} of {} rows{}", done, all, done == all ? "\n" : "");
+        return interrupted == 0;
+      });
+  std::signal(SIGINT, before);
+  analysis::Axis across = x.axis, up = y.axis;
+  across.count = up.count = 16;
+  const auto segments = analysis::stability_boundary(judge, s.scene, x.knob, across, y.knob, up, 2);
+
+  ordered_json json;
+  json["scene"] = s.scene.name;
+  json["delay_packets"] = o.common.delay_packets;
+  for (const auto& [name, v] : {std::pair{"x", &x}, std::pair{"y", &y}})
+    json[name] = {{"vary", v->knob.name()},
+                  {"from", v->axis.from},
+                  {"to", v->axis.to},
+                  {"cells", v->axis.count}};
+  json["road"] = judge.road();
+  json["cells"] = found.stable.size();
+  json["stable"] = found.count;
+  json["rows_with_several_intervals"] = found.rows_apart;
+  json["columns_with_several_intervals"] = found.columns_apart;
+  json["boundary"] = ordered_json::array();
+  std::string csv = "x0,y0,x1,y1\n";
+  for (const auto& g : segments) {
+    json["boundary"].push_back({g.x0, g.y0, g.x1, g.y1});
+    csv += fmt::format("{},{},{},{}\n", g.x0, g.y0, g.x1, g.y1);
+  }
+  if (!o.csv.empty()) write_text(o.csv, csv);
+  std::string text = fmt::format(
+      "{}, round trip {:.6g} packets\n{}  x: {}\n  y: {}\n  {} of {} cells stable; along y {} rows "
+      "have several intervals, along x {}\n  boundary: {} exact segments\n",
+      s.scene.name, o.common.delay_packets, s.assumed(), x.knob.name(), y.knob.name(), found.count,
+      found.stable.size(), found.rows_apart, found.columns_apart, segments.size());
+  // A small picture: 20 lines of 50 characters, y upwards.
+  for (int line = 19; line >= 0; --line) {
+    text += "  |";
+    for (int column = 0; column < 50; ++column) {
+      const int i = (2 * column + 1) * x.axis.count / 100, j = (2 * line + 1) * y.axis.count / 40;
+      text += found.stable[static_cast<std::size_t>(j) * x.axis.count + i] != 0 ? '#' : '.';
+    }
+    text += '\n';
+  }
+  if (!o.common.json.to_stdout()) fmt::print("{}", text);
+  o.common.json.write(json);
+}
+
+void run(const StabilityOptions& o) {
+  const AnalyzedScene s = o.common.load();
+  const Varied first = parse(s.scene, o.vary.at(0));
+  if (o.vary.size() == 1) return intervals(o, s, first);
+  map(o, s, first, parse(s.scene, o.vary.at(1)));
+}
+
+}  // namespace
+
+void add_analyze_stability(CLI::App& analyze) {
+  CLI::App* command = analyze.add_subcommand(
+      "stability", "exact stable intervals of one number, or a map and boundary over two");
+  auto o = std::make_shared<StabilityOptions>();
+  o->common.add(*command);
+  command
+      ->add_option("--vary", o->vary,
+                   "FIELD[,FIELD...]=FROM:TO[:CELLS], once or twice; several fields are set alike: "
+                   "coupler.k12.stiffness,coupler.k21.stiffness=0:6000:100")
+      ->required()
+      ->expected(1, 2)
+      ->allow_extra_args(false);
+  command->add_option("--csv", o->csv, "write intervals or boundary segments to this file");
+  command->add_option("--threads", o->threads, "threads of a map; 0: one a core")
+      ->check(CLI::Range(0, 1024));
+  command->callback([o] {
+    try {
+      run(*o);
+    } catch (const std::domain_error& e) {
+      throw Failed(e.what());
+    }
+  });
+}
+
+}  // namespace tandem::cli

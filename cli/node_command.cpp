@@ -4,12 +4,13 @@
 #include <cstdio>
 
 #include "cli/commands.h"
+#include "node/site_name.h"
 
 namespace tandem::cli {
 
 void NodeArguments::add(CLI::App& command) {
   command.add_option("--seconds", seconds, "run this long [s]; 0: until Ctrl-C")
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative);
   command.add_option("--record", record, "record every tick and packet into this HDF5 file");
   command.add_option("--hands", hands, "who moves this user's fingers")
       ->check(CLI::IsMember({"simulated", "recorded"}))
@@ -20,7 +21,7 @@ void NodeArguments::add(CLI::App& command) {
       .add_option("--hand-after", hand_after,
                   "recorded hands: the scene's script goes on, and the recording's displacement is "
                   "added to it from this time on [s]")
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative);
   auto* realtime = command.add_option_group("real time");
   realtime
       ->add_option("--priority", priority,
@@ -28,7 +29,7 @@ void NodeArguments::add(CLI::App& command) {
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
   realtime->add_option("--cpu", cpu, "run the force loop on this processor only")
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative);
   realtime
       ->add_option("--spin-us", spin_us,
                    "ask the clock instead of sleeping for the last so many microseconds of each "
@@ -42,7 +43,7 @@ void NodeArguments::add(CLI::App& command) {
       .add_option("--status-every", status_every,
                   "a status line every so many seconds [s] (default: live on a terminal, else "
                   "every 5 s)")
-      ->check(CLI::NonNegativeNumber);
+      ->check(not_negative);
   command.add_flag("--quiet", quiet, "no status");
   command
       .add_option("--start-ns", start_ns,
@@ -80,7 +81,7 @@ void finish(const node::NodeReport& report, const JsonOption& json) {
   std::fflush(stdout);
   json.write(node::to_json(report));
   if (!report.failure.empty())
-    throw Failed(report.role + " " + report.user + ": " + report.failure);
+    throw Failed(node::site_name(report.role, report.user) + ": " + report.failure);
 }
 
 }  // namespace tandem::cli

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <unistd.h>
 
 #include "cli/commands.h"
 #include "scene/load_scene.h"
@@ -28,7 +30,8 @@ void SceneOption::add(CLI::App& command, const std::string& default_scene) {
 core::Scene SceneOption::load() const { return scene::load_scene(scene, sets); }
 
 void JsonOption::add(CLI::App& command) {
-  command.add_option("--json", file, "also write the results as one JSON object; - is stdout");
+  command.add_option("--json", file, "also write the results as one JSON object; - is stdout")
+      ->check(writable_file, "", "writable");
 }
 
 void JsonOption::write(const nlohmann::ordered_json& object) const {
@@ -45,6 +48,27 @@ void JsonOption::write(const nlohmann::ordered_json& object) const {
 nlohmann::ordered_json number(double value) {
   if (!std::isfinite(value)) return nullptr;
   return value;
+}
+
+std::string not_negative(const std::string& number) {
+  double value = 0.0;
+  if (CLI::detail::lexical_cast(number, value) && std::isfinite(value) && value >= 0.0) return {};
+  return number + " is no number of at least 0";
+}
+
+std::string writable_file(const std::string& file) {
+  const std::filesystem::path path(file);
+  const std::string folder = path.has_parent_path() ? path.parent_path().string() : ".";
+  std::error_code ignored;
+  if (file == "-") return {};
+  if (file.empty()) return "a file's name is needed";
+  if (!std::filesystem::exists(folder, ignored))
+    return "cannot write " + file + ": there is no folder " + folder + "; make it first";
+  if (std::filesystem::is_directory(path, ignored)) return "cannot write " + file + ": a folder";
+  const bool there = std::filesystem::exists(path, ignored);
+  if (access(there ? file.c_str() : folder.c_str(), W_OK) != 0)
+    return "cannot write " + file + ": " + std::strerror(errno);
+  return {};
 }
 
 void write_text(const std::string& file, const std::string& text) {

@@ -34,6 +34,13 @@ struct JsonOption {
 /// A number, or null where it is not finite: JSON has no infinity.
 [[nodiscard]] nlohmann::ordered_json number(double value);
 
+/// Of an option's text, for CLI11's check: what is wrong with it; empty: nothing.
+[[nodiscard]] std::string not_negative(const std::string& number);
+
+/// Why the file could not be written, to be told before the work and not after it; empty: it can.
+/// "-" is standard output.
+[[nodiscard]] std::string writable_file(const std::string& file);
+
 /// Writes a whole text file; throws Failed with the reason when it cannot.
 void write_text(const std::string& file, const std::string& text);
 

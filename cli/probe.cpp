@@ -95,7 +95,8 @@ void measure(Arguments a, net::UdpLink& link) {
         if (show_progress) fmt::print(stderr, "\r{} sent, {} back ", sent, received);
       });
   if (show_progress) fmt::print(stderr, "\r\033[K");
-  fmt::print(out, "{}\n{}", net::probe_table(result, a.peer), net::probe_histogram(result));
+  if (result.received > 0)
+    fmt::print(out, "{}\n{}", net::probe_table(result, a.peer), net::probe_histogram(result));
   if (!a.csv.empty()) write_text(a.csv, as_csv(result));
   if (!a.picture.empty()) write_text(a.picture, net::probe_picture(result, a.peer));
   if (a.json.wanted()) a.json.write(as_json(result, a.peer));

@@ -1,5 +1,8 @@
 #include "devices/load_recorded_path.h"
 
+#include <cerrno>
+#include <cstring>
+#include <fstream>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -20,13 +23,19 @@ std::vector<PathSample> samples_of_csv(const std::string& file, const ColumnMapp
     if (!column.column.empty()) meaning.emplace_back(i, column);
   }
   const bool timed = !mapping.time.column.empty();
+  // A file that cannot be read is said before what is missing of its columns.
+  if (!std::ifstream(file))
+    throw std::runtime_error("\"" + file + "\" cannot be read: " + std::strerror(errno));
   if (timed == (mapping.rate_hz > 0.0)) {
-    throw std::runtime_error("\"" + file +
-                             "\": say either time=COLUMN or rate_hz=RATE, not both and not none");
+    throw std::runtime_error(
+        "\"" + file + "\": the columns (--hand-columns) say " +
+        (timed ? "both time=COLUMN and rate_hz=RATE; give one of them"
+               : "neither time=COLUMN nor rate_hz=RATE; give one, for example time=t_s,y=y_m"));
   }
   if (meaning.size() == (timed ? 1u : 0u)) {
     throw std::runtime_error("\"" + file +
-                             "\": say which column is the position: x=COLUMN, y=, z=");
+                             "\": the columns (--hand-columns) do not say which is the position: "
+                             "x=COLUMN, y=COLUMN or z=COLUMN");
   }
   for (const auto& [what, column] : meaning) wanted.push_back(column.column);
   const auto columns = read_csv_columns(file, wanted);

@@ -5,6 +5,8 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "node/site_name.h"
+
 namespace tandem::node {
 namespace {
 
@@ -130,19 +132,24 @@ nlohmann::ordered_json to_json(const NodeReport& r) {
 
 std::string to_text(const NodeReport& r) {
   std::string text = fmt::format(
-      "{} {}: {} ticks at {:.2f} Hz, {} missed; woke late by p50 {:.1f}, p99 {:.1f}, p99.9 {:.1f} "
+      "{}: {} ticks at {:.2f} Hz, {} missed; woke late by p50 {:.1f}, p99 {:.1f}, p99.9 {:.1f} "
       "us\n",
-      r.role, r.user, r.loop.ticks, r.loop_hz(), r.loop.missed,
+      site_name(r.role, r.user), r.loop.ticks, r.loop_hz(), r.loop.missed,
       microseconds(r.loop.wakeups.percentile_ns(0.5)),
       microseconds(r.loop.wakeups.percentile_ns(0.99)),
       microseconds(r.loop.wakeups.percentile_ns(0.999)));
-  for (const PeerReport& p : r.peers)
+  for (const PeerReport& p : r.peers) {
+    if (p.status.epoch == 0) {
+      text += fmt::format("  {} never joined\n", p.name);
+      continue;
+    }
     text += fmt::format(
         "  with {}: sent {}, received {}, lost {} ({:.3f} %), reordered {}, twice {}, rejected {}; "
         "round trip p50 {:.0f}, p99 {:.0f} us\n",
         p.name, p.link.packets_sent, p.link.accepted, p.link.lost, 100.0 * loss_of(p.link),
         p.link.reordered, p.link.duplicates, p.link.by_reason.rejected(),
         1e6 * p.link.round_trip.p50, 1e6 * p.link.round_trip.p99);
+  }
   if (r.strays.rejected() > 0) {
     text += "  datagrams from nobody we know, counted and not felt:";
     for (int i = 1; i < net::kDecodeReasons; ++i) {

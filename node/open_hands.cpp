@@ -68,11 +68,13 @@ OpenedDevices open_hands(core::Scene& scene, int user, const HandOptions& hands)
     const double max_force =
         smaller_limit(d < 0 ? 0.0 : scene.devices[d].max_force, info.max_force);
     if (max_force <= 0.0)
-      throw std::runtime_error("finger \"" + finger.name + "\" of user " + u.name +
-                               ": nothing limits the force of " +
-                               (d < 0 ? std::string("its device, which the scene does not name")
-                                      : "device \"" + finger.device + "\"") +
-                               "; a node needs max_force > 0 [N] there");
+      throw std::runtime_error(
+          "finger \"" + finger.name + "\" of user " + u.name + ": nothing limits the force of " +
+          (d < 0 ? std::string("its device, which the scene does not name")
+                 : "device \"" + finger.device + "\"") +
+          "; a node needs max_force > 0 [N] there. In a copy of the scene: device { name: "
+          "\"d\"  kind: SIMULATED  max_force: 10 }, and in the finger device: "
+          "\"d\"");
     if (d >= 0) {
       scene.devices[d].max_force = max_force;
       scene.devices[d].max_slew = smaller_limit(scene.devices[d].max_slew, info.max_slew);

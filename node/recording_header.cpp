@@ -4,6 +4,7 @@
 
 #include <fmt/format.h>
 
+#include "node/site_name.h"
 #include "scene/scene_text.h"
 #include "scene/shared_hash.h"
 
@@ -24,13 +25,13 @@ recording::RecordingHeader recording_header(const SessionSetup& setup, std::int6
 void tell_realtime(const SessionSetup& setup, const NodeReport& report) {
   for (const core::RealtimeSetting& s : report.realtime)
     if (!s.granted)
-      std::fprintf(stderr, "%s %s: real-time: asked %s %s: not granted: %s; to get it: %s\n",
-                   setup.role.c_str(), setup.user.c_str(), s.name.c_str(), s.asked.c_str(),
+      std::fprintf(stderr, "%s: real-time: asked %s %s: not granted: %s; to get it: %s\n",
+                   site_name(setup.role, setup.user).c_str(), s.name.c_str(), s.asked.c_str(),
                    s.refusal.c_str(), s.to_get_it.c_str());
   std::fprintf(
       stderr,
-      "%s %s: spins the last %.0f us of every wait, up to %.0f %% of a processor (--spin-us)\n",
-      setup.role.c_str(), setup.user.c_str(), 1e-3 * static_cast<double>(report.spin_ns),
+      "%s: spins the last %.0f us of every wait, up to %.0f %% of a processor (--spin-us)\n",
+      site_name(setup.role, setup.user).c_str(), 1e-3 * static_cast<double>(report.spin_ns),
       1e-7 * static_cast<double>(report.spin_ns) * setup.scene.rates.local_hz);
 }
 

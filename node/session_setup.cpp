@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <stdexcept>
 
+#include "node/site_name.h"
+
 namespace tandem::node {
 
 int user_index(const core::Scene& scene, const std::string& name, const std::string& what) {
@@ -25,7 +27,7 @@ core::RealtimeRequest link_realtime(const core::RealtimeRequest& of_loop) {
 }
 
 void tell_address(const SessionSetup& setup, const net::PeerLink& link) {
-  std::fprintf(stderr, "%s %s: scene %s at %s\n", setup.role.c_str(), setup.user.c_str(),
+  std::fprintf(stderr, "%s: scene %s at %s\n", site_name(setup.role, setup.user).c_str(),
                setup.scene.name.c_str(), net::to_string(link.local()).c_str());
 }
 

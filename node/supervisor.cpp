@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "core/allocation_counter.h"
+#include "node/site_name.h"
 
 namespace tandem::node {
 namespace {
@@ -62,8 +63,8 @@ void Supervisor::look_for_hang() {
 
 void Supervisor::tell_messages() {
   const auto tell = [this](const std::string& text) {
-    std::fprintf(stderr, "%s%s %s: %s\n", line_open_ ? "\r\033[K" : "", setup_.role.c_str(),
-                 setup_.user.c_str(), text.c_str());
+    std::fprintf(stderr, "%s%s: %s\n", line_open_ ? "\r\033[K" : "",
+                 site_name(setup_.role, setup_.user).c_str(), text.c_str());
     line_open_ = false;
   };
   for (const net::LinkMessage& message : link_.take_messages()) tell(message.text);
@@ -94,10 +95,11 @@ void Supervisor::tell_status(bool on_terminal) {
 std::string Supervisor::status_line() const {
   const double span = 1e-9 * static_cast<double>(loop_.now_ns - loop_.first_ns);
   const auto us = [](std::int64_t ns) { return 1e-3 * static_cast<double>(ns); };
-  std::string line = fmt::format(
-      "{} {} {:6.1f} s | {:.1f} Hz woke p50 {:.0f} p99 {:.0f} us missed {}", setup_.role,
-      setup_.user, span, span > 0.0 ? static_cast<double>(loop_.ticks - 1) / span : 0.0,
-      us(loop_.wakeups.percentile_ns(0.5)), us(loop_.wakeups.percentile_ns(0.99)), loop_.missed);
+  std::string line = fmt::format("{} {:6.1f} s | {:.1f} Hz woke p50 {:.0f} p99 {:.0f} us missed {}",
+                                 site_name(setup_.role, setup_.user), span,
+                                 span > 0.0 ? static_cast<double>(loop_.ticks - 1) / span : 0.0,
+                                 us(loop_.wakeups.percentile_ns(0.5)),
+                                 us(loop_.wakeups.percentile_ns(0.99)), loop_.missed);
   for (const std::uint32_t sender : setup_.peers) {
     const net::PeerStatus status = link_.status(sender);
     if (status.epoch == 0) continue;

@@ -1,21 +1,35 @@
 #pragma once
 
+#include <cstdint>
 #include <optional>
+#include <stop_token>
 #include <string>
 
 #include "core/wakeup_statistics.h"
 
 namespace tandem::bench {
 
+struct CyclictestOptions {
+  int priority = 80;
+  long interval_us = 977;  ///< of every thread [us]
+  long wakeups = 1;        ///< of every thread
+  int threads = 1;
+  /// Resolution of a nanosecond up to 1 ms late, else of a microsecond up to 1 s late.
+  bool nanoseconds = true;
+};
+
 struct CyclictestRun {
-  std::optional<core::WakeupStatistics> lateness;  ///< empty: it could not be run
+  std::optional<core::WakeupStatistics> lateness;  ///< of all threads; empty: it could not be run
+  std::int64_t late_wakeups = 0;                   ///< by a period or more
+  std::int64_t periods_missed = 0;                 ///< whole periods that these slept through
   std::string why_not;                             ///< missing, or what it complained of
   std::string command;
 };
 
-/// Runs `cyclictest` (Debian package rt-tests) as one SCHED_FIFO thread at `priority` for `wakeups`
-/// periods of `interval_us` [us], to nanosecond resolution. By itself it holds
-/// /dev/cpu_dma_latency at 0. Blocks until it ends.
-[[nodiscard]] CyclictestRun run_cyclictest(int priority, long interval_us, long wakeups);
+/// Runs `cyclictest` (Debian package rt-tests) with SCHED_FIFO threads. By itself it holds
+/// /dev/cpu_dma_latency at 0. Blocks until it ends; `stop` ends it early, and so does the end of
+/// the calling thread.
+[[nodiscard]] CyclictestRun run_cyclictest(const CyclictestOptions& options,
+                                           const std::stop_token& stop = {});
 
 }  // namespace tandem::bench

@@ -170,7 +170,8 @@ WakeupBenchResults run_wakeup_bench(const WakeupBenchOptions& options) {
   for (int round = 0; round < options.rounds; ++round) {
     for (Variant& variant : all) measure(variant, options.rate_hz, slots);
     if (round > 0 && peer.p99.empty()) continue;  // it could not be run: said once
-    const CyclictestRun run = run_cyclictest(options.priority, interval_us, slots);
+    const CyclictestRun run = run_cyclictest(
+        {.priority = options.priority, .interval_us = interval_us, .wakeups = slots});
     results.cyclictest = run.lateness ? run.command : run.why_not;
     if (run.lateness) add(peer, *run.lateness);
   }

@@ -21,7 +21,6 @@
 
 #include "cli/commands.h"
 #include "cli/options.h"
-#include "core/clock.h"
 #include "scene/scene_text.h"
 
 namespace tandem::cli {
@@ -143,6 +142,9 @@ void start(Child& child, std::int64_t start_ns) {
   child.pid = fork();
   if (child.pid < 0) throw Failed(std::string("fork: ") + std::strerror(errno));
   if (child.pid == 0) {
+    // In a group of its own: Ctrl-C would reach it from the terminal and again from us, and a node
+    // takes the second signal as "at once, never mind the recording".
+    setpgid(0, 0);
     prctl(PR_SET_PDEATHSIG, SIGTERM);
     if (getppid() != parent) _exit(1);
     const int nowhere = open("/dev/null", O_RDWR);
@@ -156,8 +158,9 @@ void start(Child& child, std::int64_t start_ns) {
   child.stderr_pipe = ends[0];
 }
 
-/// Takes what a node has said; false when it has closed its end.
-bool listen_to(Child& child) {
+/// Takes what a node has said; false when it has closed its end. What the first node was not
+/// granted is passed on to whoever looks on.
+bool listen_to(Child& child, bool first) {
   char buffer[4096];
   const ssize_t got = read(child.stderr_pipe, buffer, sizeof(buffer));
   if (got < 0) return errno == EINTR || errno == EAGAIN;
@@ -171,6 +174,9 @@ bool listen_to(Child& child) {
       child.status = line.substr(kStatus.size());
     else
       child.said += line + "\n";
+    // Every node asks for the same; the first one's answer is enough.
+    if (first && line.find("not granted") != std::string::npos)
+      std::fprintf(stderr, "%s\n", line.c_str());
   }
   return true;
 }
@@ -208,7 +214,8 @@ void watch(std::vector<Child>& children) {
       ends.push_back({.fd = child.stderr_pipe, .events = POLLIN, .revents = 0});
     poll(ends.data(), ends.size(), 100);
     for (std::size_t i = 0; i < children.size(); ++i) {
-      if (children[i].stderr_pipe < 0 || ends[i].revents == 0 || listen_to(children[i])) continue;
+      if (children[i].stderr_pipe < 0 || ends[i].revents == 0 || listen_to(children[i], i == 0))
+        continue;
       close(children[i].stderr_pipe);
       children[i].stderr_pipe = -1;
       --open;
@@ -229,14 +236,17 @@ void watch(std::vector<Child>& children) {
 
 }  // namespace
 
+std::size_t node_count(const core::Scene& scene) {
+  DemoRun run;
+  run.scene = scene;
+  return plan(run).size();
+}
+
 std::vector<DemoNode> run_nodes(const DemoRun& run) {
   write_text(run.scene_file, scene::to_text(run.scene));
   std::vector<Child> children = plan(run);
-  // Time to load the scene, lock memory and meet.
-  constexpr std::int64_t kTimeToStart_ns = 2'000'000'000;
-  const std::int64_t start_ns = core::MonotonicClock().now_ns() + kTimeToStart_ns;
   const PassSignals signals;
-  for (Child& child : children) start(child, start_ns);
+  for (Child& child : children) start(child, run.start_ns);
   watch(children);
 
   std::vector<DemoNode> nodes;
@@ -249,7 +259,8 @@ std::vector<DemoNode> run_nodes(const DemoRun& run) {
     child.node.report["said"] = child.said;
     nodes.push_back(child.node);
   }
-  if (end_signal != 0) throw Failed("stopped before its end");
+  if (end_signal != 0)
+    throw Failed("stopped before its end; what was recorded until then is in " + run.folder + "/");
   return nodes;
 }
 

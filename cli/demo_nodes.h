@@ -17,6 +17,7 @@ struct DemoRun {
   std::string folder;      ///< recordings and reports go here
   std::string prefix;      ///< of their names
   double seconds = 20.0;
+  std::int64_t start_ns = 0;  ///< when slot 0 of every node is due, monotonic clock [ns]
   std::vector<std::string> node_arguments;  ///< given to every node
 };
 
@@ -26,6 +27,9 @@ struct DemoNode {
   std::string recording;  ///< its file
   nlohmann::ordered_json report;
 };
+
+/// How many force loops a run of this scene has.
+[[nodiscard]] std::size_t node_count(const core::Scene& scene);
 
 /// Starts all nodes of the scene's architecture together, shows how they go until they end, and
 /// reads their reports. Whatever happens to this program, none of them goes on without it.

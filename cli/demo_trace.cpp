@@ -194,10 +194,9 @@ DemoFigures demo_figures(const core::Scene& scene, const ScriptTimes& times,
     figures.travel_measured = high - low;
     figures.travel_commanded = command_high - command_low;
   }
-  if (moving > 0) {
-    figures.net_force_rms = std::sqrt(net / moving);
-    figures.inertial_force_rms = std::sqrt(inertial / moving);
-  }
+  // Of an object that nobody moved there is none: 0 / 0.
+  figures.net_force_rms = std::sqrt(net / moving);
+  figures.inertial_force_rms = std::sqrt(inertial / moving);
   figures.gap_after_release = gap(traces, slots - 1);
   return figures;
 }

@@ -41,6 +41,7 @@ struct DemoFigures {
   /// 5 mm/s: force of all hands along the carry less ground friction, and what it should be, the
   /// whole mass times the acceleration of the object as it moved (both by central differences over
   /// a packet period each way) [N].
+  /// Not a number when it never did.
   double net_force_rms = 0.0, inertial_force_rms = 0.0;
   double gap_in_carry_max = 0.0;   ///< largest distance of two copies' centres [m]
   double gap_after_release = 0.0;  ///< at the end of the run [m]

@@ -78,6 +78,18 @@ TEST(BadInput, TheServerRefusesByReason) {
   EXPECT_EQ(second.wait(), 0) << second.output();
 }
 
+TEST(BadInput, AReplicaThatIsRefusedEndsItself) {
+  const std::string a = free_address();
+  Program host(node(
+      {"replica", "--scene", "box_distributed", "--user", "1", "--bind", a, "--seconds", "5"}));
+  ASSERT_TRUE(host.says("at " + a));
+  // It runs while it asks to join; refused, it must not go on by itself as if all were well.
+  Program other(node({"replica", "--scene", "box_distributed", "--set", "object.box.mass=0.5",
+                      "--user", "2", "--peer", "1=" + a, "--seconds", "60"}));
+  EXPECT_EQ(other.wait(10.0), 1) << other.output();
+  EXPECT_NE(other.output().find("other scene"), std::string::npos) << other.output();
+}
+
 TEST(BadInput, RecordingsThatCannotBe) {
   expect_refused(node({"server", "--scene", "box_central", "--bind", free_address(), "--seconds",
                        "1", "--record", "/no/such/folder/x.h5"}),
@@ -98,6 +110,33 @@ TEST(BadInput, RecordingsThatCannotBe) {
   const cli::ReplayResult r = cli::replay_recording(file);
   EXPECT_GE(r.ticks, 100u);
   EXPECT_FALSE(r.difference.has_value());
+}
+
+TEST(BadInput, WhatCannotBeWrittenAtTheEndIsRefusedAtTheStart) {
+  expect_refused(node({"server", "--scene", "box_central", "--json", "/no/such/folder/x.json"}),
+                 {"/no/such/folder"}, 2);
+  expect_refused(node({"server", "--scene", "box_central", "--seconds", "-1"}),
+                 {"--seconds", "-1", "at least 0"}, 2);
+  expect_refused({"demo", "--out", "/proc/demo"}, {"--out", "/proc/demo"}, 2);
+  expect_refused(node({"replica", "--scene", "box_distributed", "--user", "1", "--hands",
+                       "recorded", "--hand-file", "/no/such/hand.csv"}),
+                 {"/no/such/hand.csv", "cannot be read"});
+}
+
+TEST(BadInput, ASignalToTheDemoEndsEverythingItStarted) {
+  Program demo({"demo", "--arch", "distributed", "--seconds", "60", "--out", scratch("ended")});
+  // Past the start: the nodes run, and cyclictest beside them if it is there.
+  sleep_seconds(4.0);
+  demo.signal(SIGTERM);
+  // Everything in it ends at once; cyclictest by itself would go on for a minute.
+  EXPECT_EQ(demo.wait(10.0), 1) << demo.output();
+  EXPECT_NE(demo.output().find("stopped"), std::string::npos) << demo.output();
+  for (const char* user : {"1", "2"}) {
+    const cli::ReplayResult r =
+        cli::replay_recording(scratch("ended/distributed_user_" + std::string(user) + ".h5"));
+    EXPECT_TRUE(r.complete);
+    EXPECT_FALSE(r.difference.has_value());
+  }
 }
 
 TEST(BadInput, SignalsAtAnyMomentEndItInOrder) {

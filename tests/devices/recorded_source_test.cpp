@@ -150,7 +150,8 @@ TEST(LoadRecordedPath, SaysWhatTheMappingLacks) {
         [&] { static_cast<void>(load_recorded_path(file, parse_column_mapping(mapping))); });
   };
   expect_says(refused("x=x"), {"neither time=COLUMN nor rate_hz=RATE"});
-  expect_says(refused("x=x,time=t,rate_hz=3"), {"both time=COLUMN and rate_hz=RATE", "give one of them"});
+  expect_says(refused("x=x,time=t,rate_hz=3"),
+              {"both time=COLUMN and rate_hz=RATE", "give one of them"});
   expect_says(refused("time=t"), {"x=COLUMN"});
   expect_says(refused("time=t,x=x"), {"a.csv", "time must increase", "sample 3"});
   expect_says(refused("time=t,x=x,start=5"), {"0 samples"});

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "harness/measures.h"
+#include "harness/prediction.h"
+#include "harness/sweep.h"
+
+namespace tandem::harness {
+
+/// One direction of a link as it was seen, by `tandem probe` and in the recordings.
+struct SeenLink {
+  std::string from, to;               ///< user's name, or "server"
+  std::string set;                    ///< to_text of what was set
+  double delay_p50 = kNotMeasured;    ///< one way, by probe [s]
+  double delay_sd = kNotMeasured;     ///< by probe [s]
+  double loss = kNotMeasured;         ///< by probe
+  long long sent = 0, lost = 0;       ///< by probe
+  double delay_ticks = kNotMeasured;  ///< from the slot of sending to that of first use, mean
+  double phase_ticks = kNotMeasured;  ///< packet slots of `from` [ticks]
+};
+
+/// What one point of a sweep gave, in virtual time or on real sockets.
+struct PointResult {
+  SweepPoint point;
+  bool real = false;
+  bool failed = false;  ///< a node died or would not start; `log` says why
+  std::string log;
+  double wall_seconds = 0.0, session_seconds = 0.0;
+  Prediction prediction;
+  Measures measures;
+  double largest_coupling = kNotMeasured;  ///< by search (virtual) [N/m]
+  /// Real: the session at 0.9 and 1.1 times the predicted largest coupling.
+  bool tried_below = false, tried_above = false;
+  Stability below, above;
+  std::vector<SeenLink> seen;
+};
+
+/// A point where measured and predicted are on different sides, not within 10 % of the boundary, or
+/// the drag is off by more than 10 %.
+struct Disagreement {
+  std::string point, what;  ///< "stability: predicted stable (growth 0.991), measured not: ..."
+};
+[[nodiscard]] std::vector<Disagreement> disagreements(const std::vector<PointResult>& results);
+
+}  // namespace tandem::harness

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <limits>
+#include <string>
+
+#include "core/network_model.h"
+#include "core/scene.h"
+
+namespace tandem::harness {
+
+/// What the analysis says of one session, beside which the measured stands.
+struct Prediction {
+  bool judged = false;  ///< false: the analysis does not apply, `note` says why
+  /// False: the network has no growth per packet (jitter, loss), and a steady one took its place
+  /// whose samples have the same mean age.
+  bool exact = true;
+  std::string note;  ///< assumptions, or why not
+  bool stable = false;
+  double growth_per_packet = std::numeric_limits<double>::quiet_NaN();  ///< spectral radius
+  double drag = std::numeric_limits<double>::quiet_NaN();      ///< of drag_user() alone [N s/m]
+  double coupling = std::numeric_limits<double>::quiet_NaN();  ///< k_o or k_2 as it is [N/m]
+  /// Upper end of the lowest stable interval of that coupling [N/m]: 0 nowhere stable, infinite
+  /// stable as far as was looked (64 times what the scene has).
+  double largest_coupling = std::numeric_limits<double>::quiet_NaN();
+  /// The side changes within 10 % of the coupling or of the delays (at least a tick): what is
+  /// measured may fall on either.
+  bool near_boundary = false;
+};
+
+struct PredictOptions {
+  bool largest_coupling = true;  ///< costs some 40 judgements
+};
+
+/// Predicts a session over a network with these delays [ticks] and packet phases. Only delays and
+/// phases are read: give measured ones for a real run. Jitter and loss are the caller's to put into
+/// the delays (steady_network), who then sets `exact`. Any scene; what is assumed to make it linear
+/// is in `note`.
+[[nodiscard]] Prediction predict(const core::Scene& scene, const core::NetworkModel& network,
+                                 const PredictOptions& options = {});
+
+/// A network without jitter and loss whose held samples have the same mean age as those of
+/// `network`, link by link, from its own model run over `packets` packets.
+[[nodiscard]] core::NetworkModel steady_network(const core::Scene& scene,
+                                                const core::NetworkModel& network,
+                                                int packets = 4096);
+/// Whether the two would be the same.
+[[nodiscard]] bool is_steady(const core::NetworkModel& network);
+
+/// The couplers that a largest stable coupling is asked of, and their common name: central the
+/// remote hands' (k_2), distributed those between copies (k_o).
+[[nodiscard]] std::string coupling_name(const core::Scene& scene);
+[[nodiscard]] double coupling_of(const core::Scene& scene);
+/// All of them scaled so that the first is `stiffness`.
+[[nodiscard]] core::Scene with_coupling(core::Scene scene, double stiffness);
+
+}  // namespace tandem::harness

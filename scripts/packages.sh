@@ -5,7 +5,7 @@ build_packages=(
   g++ cmake ninja-build ccache
   libglm-dev libprotobuf-dev protobuf-compiler libboost1.81-dev libhdf5-dev zlib1g-dev
   libcli11-dev libfmt-dev nlohmann-json3-dev libeigen3-dev libgtest-dev libbenchmark-dev
-  python3 python3-matplotlib rt-tests
+  python3 python3-matplotlib rt-tests python3-dev python3-numpy pybind11-dev
 )
 # For the tests beyond that: formatting, lint, network namespaces.
 test_packages=(clang-format-14 clang-tidy-14 iproute2 procps util-linux)

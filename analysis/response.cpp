@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <stdexcept>
+#include <utility>
 
 namespace tandem::analysis {
 
@@ -71,11 +72,22 @@ double equivalent_stiffness(const LiftedSystem& system, const ForcePort& port) {
   return 1.0 / solve(a, p.push)[p.position];
 }
 
+Response::Response(const LiftedSystem& system, const ForcePort& port) : period_(system.period) {
+  Piece p = piece_of(system, port);
+  map_ = std::move(p.m);
+  push_ = std::move(p.push);
+  position_ = p.position;
+  velocity_ = p.velocity;
+}
+
+std::complex<double> Response::operator()(double omega, bool of_position) const {
+  const auto x = solve_shifted(map_, std::polar(1.0, omega * period_), push_);
+  return x[of_position ? position_ : velocity_];
+}
+
 std::complex<double> admittance(const LiftedSystem& system, const ForcePort& port, double omega,
                                 bool of_position) {
-  const Piece p = piece_of(system, port);
-  const auto x = solve_shifted(p.m, std::polar(1.0, omega * system.period), p.push);
-  return x[of_position ? p.position : p.velocity];
+  return Response(system, port)(omega, of_position);
 }
 
 ForcePort joined(const ForcePort& first, const ForcePort& second) {

@@ -22,8 +22,22 @@ struct FreeMotion {
 /// Force over displacement at rest under a constant force, of a scene held to the ground [N/m].
 [[nodiscard]] double equivalent_stiffness(const LiftedSystem& system, const ForcePort& port);
 
-/// V/F (6.1) at `omega` [rad/s], force held over and velocity sampled once a packet period. X/F
-/// with `of_position`.
+/// V/F and X/F (6.1) of one port over any number of frequencies.
+class Response {
+ public:
+  Response(const LiftedSystem& system, const ForcePort& port);
+  /// V/F at `omega` [rad/s], force held over and velocity sampled once a packet period; X/F with
+  /// `of_position`.
+  [[nodiscard]] std::complex<double> operator()(double omega, bool of_position = false) const;
+
+ private:
+  Matrix map_;
+  std::vector<double> push_;
+  int position_ = 0, velocity_ = 0;
+  double period_ = 0.0;
+};
+
+/// One value of a Response.
 [[nodiscard]] std::complex<double> admittance(const LiftedSystem& system, const ForcePort& port,
                                               double omega, bool of_position = false);
 

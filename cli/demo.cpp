@@ -130,11 +130,11 @@ void perform(const DemoArguments& a, Session& s) {
   DemoRun run = run_of(a, s);
   // Time to load the scene, lock memory and meet.
   constexpr std::int64_t kTimeToStart_ns = 2'000'000'000;
-  run.start_ns = core::MonotonicClock().now_ns() + kTimeToStart_ns;
+  run.start_ns = core::monotonic_ns() + kTimeToStart_ns;
   std::jthread beside;
   if (!a.no_cyclictest && a.priority > 0)
     beside = std::jthread([&](const std::stop_token& stop) {
-      while (!stop.stop_requested() && core::MonotonicClock().now_ns() < run.start_ns)
+      while (!stop.stop_requested() && core::monotonic_ns() < run.start_ns)
         std::this_thread::sleep_for(std::chrono::milliseconds(10));
       // As many threads as force loops, with their priority and period, while they run.
       s.cyclictest =

@@ -8,6 +8,22 @@ set(TANDEM_TEST_PREFIX "" CACHE STRING "Prefix of test names")
 # Parse the largest third-party headers once a build instead of once a file; the presets say ON.
 option(TANDEM_PRECOMPILE "Precompile CLI11, JSON and GoogleTest headers" OFF)
 
+# Compile several files of one target as one: what counts is the time from nothing (the gate), where
+# every file parses and instantiates the same third-party templates again. The presets say ON.
+option(TANDEM_UNITY "Compile files of a target together" OFF)
+
+# tandem_unity(<target> [batch]): lets the files of a target be compiled together, if asked for.
+function(tandem_unity target)
+  if(NOT TANDEM_UNITY)
+    return()
+  endif()
+  set(batch 8)
+  if(ARGC GREATER 1)
+    set(batch ${ARGV1})
+  endif()
+  set_target_properties(${target} PROPERTIES UNITY_BUILD ON UNITY_BUILD_BATCH_SIZE ${batch})
+endfunction()
+
 # Compile options of Tandem's own code. -ffp-contract=off keeps a loop's bits the same on machines
 # with fused multiply-add; fast-math is never allowed (core/README.md).
 # Warnings are errors, but for four of g++ 12's that raise false alarms over std::string depending on
@@ -35,6 +51,7 @@ function(tandem_add_library name)
   target_compile_options(tandem_${name} PUBLIC -ffp-contract=off)
   set_target_properties(tandem_${name} PROPERTIES
     EXPORT_NAME ${name} LINKER_LANGUAGE CXX VERIFY_INTERFACE_HEADER_SETS ON CXX_EXTENSIONS OFF)
+  tandem_unity(tandem_${name})
   set_property(GLOBAL APPEND PROPERTY TANDEM_LIBRARIES tandem_${name})
 endfunction()
 
@@ -82,6 +99,7 @@ function(tandem_add_test name)
   target_compile_definitions(${name} PRIVATE TANDEM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests
     CXX_EXTENSIONS OFF)
+  tandem_unity(${name})
   tandem_precompile_gtest(${name})
   tandem_test_is_chosen(chosen ${arg_LABELS})
   if(NOT chosen)

@@ -34,4 +34,7 @@ class MonotonicClock final : public Clock {
   }
 };
 
+/// Now, by the system's monotonic clock [ns].
+[[nodiscard]] inline std::int64_t monotonic_ns() noexcept { return MonotonicClock().now_ns(); }
+
 }  // namespace tandem::core

@@ -14,8 +14,6 @@
 namespace tandem::net {
 namespace {
 
-[[nodiscard]] std::int64_t monotonic_ns() noexcept { return core::MonotonicClock().now_ns(); }
-
 [[nodiscard]] std::uint64_t random_seed() {
   std::random_device device;
   return std::uint64_t{device()} << 32 | device();
@@ -167,18 +165,18 @@ void PeerLink::run() {
     {
       const std::lock_guard lock(mutex_);
       receive_all();
-      const std::int64_t now = monotonic_ns();
+      const std::int64_t now = core::monotonic_ns();
       if (host_) host_->poll(now);
       for (auto& guest : guests_) guest->poll(now);
       flush_sessions(now);
       wake_ns = std::min(look_in_outboxes(now), now + kSessionPeriod_ns);
     }
-    link_->wait(std::max<std::int64_t>(wake_ns - monotonic_ns(), 0));
+    link_->wait(std::max<std::int64_t>(wake_ns - core::monotonic_ns(), 0));
   }
   const std::lock_guard lock(mutex_);
   if (host_) host_->leave();
   for (auto& guest : guests_) guest->leave();
-  flush_sessions(monotonic_ns());
+  flush_sessions(core::monotonic_ns());
 }
 
 void PeerLink::receive_all() {
@@ -190,7 +188,7 @@ void PeerLink::receive_all() {
   for (int i = 0; i < kAtMost; ++i) {
     const auto size = link_->receive(from, buffer);
     if (!size) return;
-    const std::int64_t now = monotonic_ns();
+    const std::int64_t now = core::monotonic_ns();
     const std::span<const std::uint8_t> datagram(buffer.data(), *size);
     const auto prefix = prefix_of(datagram);
     if (prefix && prefix->kind == Kind::kControl)
@@ -369,7 +367,7 @@ std::int64_t PeerLink::look_in_outboxes(std::int64_t now_ns) {
 void PeerLink::send_state(Peer& peer, core::StatePacket& packet) {
   packet.sender = exchange_->own_sender;
   packet.sequence = ++peer.sequence;
-  packet.send_ns = monotonic_ns();
+  packet.send_ns = core::monotonic_ns();
   packet.echo_ns = peer.echo_ns;
   packet.echo_hold_ns = peer.echo_ns != 0 ? packet.send_ns - peer.echo_arrival_ns : 0;
   const auto datagram = encoder_.encode(packet, peer.session);
@@ -379,7 +377,7 @@ void PeerLink::send_state(Peer& peer, core::StatePacket& packet) {
 PeerStatus PeerLink::status(std::uint32_t sender) const {
   const Peer& peer = peer_of(sender);
   const std::lock_guard lock(mutex_);
-  const std::int64_t now = monotonic_ns();
+  const std::int64_t now = core::monotonic_ns();
   PeerStatus s;
   s.connected = peer.connected;
   s.epoch = peer.epoch;
@@ -400,7 +398,7 @@ LinkSnapshot PeerLink::statistics(std::uint32_t sender) const {
   LinkSnapshot s = peer.statistics.snapshot(peer.gate);
   s.clock_restarts = peer.clock.restarts();
   if (peer.clock.valid())
-    s.one_way_bound = 1e-9 * static_cast<double>(peer.clock.bound_ns(monotonic_ns()));
+    s.one_way_bound = 1e-9 * static_cast<double>(peer.clock.bound_ns(core::monotonic_ns()));
   return s;
 }
 

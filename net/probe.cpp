@@ -16,8 +16,6 @@ namespace {
 
 constexpr std::size_t kSmallestProbe = 48;
 
-[[nodiscard]] std::int64_t monotonic_ns() noexcept { return core::MonotonicClock().now_ns(); }
-
 [[nodiscard]] std::invalid_argument out_of_range(const std::string& what, double value,
                                                  const std::string& range) {
   std::string number = std::to_string(value);
@@ -76,7 +74,7 @@ ProbeResult run_probe(Link& link, const Endpoint& peer, const ProbeOptions& opti
   const auto receive_all = [&] {
     Endpoint from;
     while (const auto size = link.receive(from, incoming)) {
-      const std::int64_t now = monotonic_ns();
+      const std::int64_t now = core::monotonic_ns();
       const std::span<const std::uint8_t> datagram(incoming.data(), *size);
       const auto prefix = prefix_of(datagram);
       if (!prefix || prefix->version != kProtocolVersion || prefix->kind != Kind::kProbeEcho ||
@@ -102,17 +100,17 @@ ProbeResult run_probe(Link& link, const Endpoint& peer, const ProbeOptions& opti
   };
 
   constexpr std::int64_t kShortWait_ns = 50'000'000;  // so that `stop` is seen
-  const std::int64_t start = monotonic_ns();
+  const std::int64_t start = core::monotonic_ns();
   std::int64_t last_sent = start, next_progress = start + 1'000'000'000;
   const auto due = [&](std::uint64_t k) {
     return start + static_cast<std::int64_t>(1e9 * static_cast<double>(k) / options.rate_hz);
   };
   std::int64_t first_sent = start;
   for (std::uint64_t k = 0; k < packets && !stop;) {
-    std::int64_t now = monotonic_ns();
+    std::int64_t now = core::monotonic_ns();
     if (now >= due(k)) {
       out.set_number(k + 1);
-      out.set_send_ns(now = monotonic_ns());
+      out.set_send_ns(now = core::monotonic_ns());
       const std::size_t size = write_probe(out, buffer);
       result.datagram = size;
       result.sent = k + 1;
@@ -130,8 +128,8 @@ ProbeResult run_probe(Link& link, const Endpoint& peer, const ProbeOptions& opti
     }
   }
   const std::int64_t end = last_sent + static_cast<std::int64_t>(1e9 * options.patience);
-  while (result.received < result.sent && !stop && monotonic_ns() < end) {
-    link.wait(std::min(end - monotonic_ns(), kShortWait_ns));
+  while (result.received < result.sent && !stop && core::monotonic_ns() < end) {
+    link.wait(std::min(end - core::monotonic_ns(), kShortWait_ns));
     receive_all();
   }
   receive_all();
@@ -171,8 +169,8 @@ std::uint64_t serve_probe(Link& link, const std::atomic<bool>& stop, double seco
   std::array<std::uint8_t, kMaxDatagram + 1> buffer;
   Endpoint from;
   std::uint64_t answered = 0;
-  const std::int64_t end = monotonic_ns() + static_cast<std::int64_t>(1e9 * seconds);
-  while (!stop && (seconds == 0.0 || monotonic_ns() < end)) {
+  const std::int64_t end = core::monotonic_ns() + static_cast<std::int64_t>(1e9 * seconds);
+  while (!stop && (seconds == 0.0 || core::monotonic_ns() < end)) {
     link.wait(50'000'000);
     while (const auto size = link.receive(from, buffer)) {
       const auto prefix = prefix_of({buffer.data(), *size});

@@ -22,8 +22,6 @@
 namespace tandem::net {
 namespace {
 
-std::int64_t now_ns() { return core::MonotonicClock().now_ns(); }
-
 /// Runs a command; its output if it fails.
 std::string failure_of(const std::string& command) {
   std::FILE* pipe = popen((command + " 2>&1").c_str(), "r");
@@ -42,13 +40,16 @@ class TwoNamespaces : public testing::Test {
     a_ = "tandem_a_" + id;
     b_ = "tandem_b_" + id;
     const std::string cable_a = "ta" + id, cable_b = "tb" + id;
+    // nsenter, not `ip -n`: that remounts /, which a chroot does not allow.
+    const std::string in_a = "nsenter --net=/run/netns/" + a_ + " ";
+    const std::string in_b = "nsenter --net=/run/netns/" + b_ + " ";
     for (const std::string& command : {"ip netns add " + a_, "ip netns add " + b_,
                                        "ip link add " + cable_a + " netns " + a_ +
                                            " type veth peer name " + cable_b + " netns " + b_,
-                                       "ip -n " + a_ + " addr add 10.73.0.1/24 dev " + cable_a,
-                                       "ip -n " + b_ + " addr add 10.73.0.2/24 dev " + cable_b,
-                                       "ip -n " + a_ + " link set " + cable_a + " up",
-                                       "ip -n " + b_ + " link set " + cable_b + " up"}) {
+                                       in_a + "ip addr add 10.73.0.1/24 dev " + cable_a,
+                                       in_b + "ip addr add 10.73.0.2/24 dev " + cable_b,
+                                       in_a + "ip link set " + cable_a + " up",
+                                       in_b + "ip link set " + cable_b + " up"}) {
       const std::string failure = failure_of(command);
       if (!failure.empty()) GTEST_SKIP() << "no network namespaces here: " << failure;
     }
@@ -116,7 +117,7 @@ TEST_F(TwoNamespaces, HandshakeSceneAndTwoSecondsOfState) {
   EXPECT_EQ(joined.scene_text.size(), 5000u);
 
   ExchangeOptions exchange;
-  exchange.start_ns = now_ns() + 10'000'000;
+  exchange.start_ns = core::monotonic_ns() + 10'000'000;
   exchange.own_sender = core::kServerSender;
   exchange.values_from[0] = 12;
   server->open_exchange(exchange);

@@ -21,8 +21,6 @@ namespace {
 constexpr std::uint64_t kHash = 77;
 constexpr int kValues = 12;
 
-std::int64_t now_ns() { return core::MonotonicClock().now_ns(); }
-
 HostOptions host_options(std::uint32_t own, std::vector<Seat> seats) {
   HostOptions o;
   o.own_sender = own;
@@ -56,9 +54,9 @@ std::string address_of(const PeerLink& link) { return to_string(link.local()); }
 
 /// Waits for a condition that other threads bring about; the limit is for a stalled machine.
 bool eventually(const std::function<bool()>& condition, double seconds = 5.0) {
-  const auto end = now_ns() + static_cast<std::int64_t>(1e9 * seconds);
+  const auto end = core::monotonic_ns() + static_cast<std::int64_t>(1e9 * seconds);
   while (!condition()) {
-    if (now_ns() > end) return false;
+    if (core::monotonic_ns() > end) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(2));
   }
   return true;
@@ -151,7 +149,7 @@ TEST(PeerLink, AServerAndTwoClientsExchangeEveryPacketAndKnowItsAge) {
   ASSERT_TRUE(two.wait_until_joined(5).joined);
   EXPECT_EQ(server.connected_peers(), 2);
 
-  const std::int64_t start = now_ns() + 5'000'000;
+  const std::int64_t start = core::monotonic_ns() + 5'000'000;
   ForceLoop s(server, core::kServerSender, {0, 1}, start);
   ForceLoop a(one, 0, {core::kServerSender}, start);
   ForceLoop b(two, 1, {core::kServerSender}, start);
@@ -199,7 +197,7 @@ TEST(PeerLink, PacketsLeaveSoonAfterTheForceLoopPublishedThem) {
   server.start();
   one.start();
   ASSERT_TRUE(one.wait_until_joined(5).joined);
-  const std::int64_t start = now_ns() + 5'000'000;
+  const std::int64_t start = core::monotonic_ns() + 5'000'000;
   ForceLoop s(server, core::kServerSender, {0}, start);
   ForceLoop a(one, 0, {core::kServerSender}, start);
   std::this_thread::sleep_for(std::chrono::milliseconds(1000));
@@ -229,7 +227,7 @@ TEST(PeerLink, AMeshOfThreeReplicasTalksInEveryDirection) {
   ASSERT_TRUE(r2.wait_until_joined(5).joined);
   ASSERT_TRUE(r1.wait_until_joined(5).joined);
   ASSERT_TRUE(eventually([&] { return r0.connected_peers() == 2 && r1.connected_peers() == 2; }));
-  const std::int64_t start = now_ns() + 5'000'000;
+  const std::int64_t start = core::monotonic_ns() + 5'000'000;
   ForceLoop f0(r0, 0, {1, 2}, start), f1(r1, 1, {0, 2}, start), f2(r2, 2, {0, 1}, start);
   ASSERT_TRUE(eventually([&] {
     return r0.statistics(1).accepted > 20 && r0.statistics(2).accepted > 20 &&
@@ -280,7 +278,7 @@ TEST(PeerLink, LeavingIsToldToTheForceLoopOfTheOther) {
   auto one = std::make_unique<PeerLink>(joining({address_of(server)}, "1"));
   one->start();
   ASSERT_TRUE(one->wait_until_joined(5).joined);
-  const std::int64_t start = now_ns();
+  const std::int64_t start = core::monotonic_ns();
   ForceLoop s(server, core::kServerSender, {0}, start);
   {
     ForceLoop a(*one, 0, {core::kServerSender}, start);
@@ -301,7 +299,7 @@ TEST(PeerLink, AClientThatIsReadyLateHasNeitherLostNorRejectedAnything) {
   PeerLink one(joining({address_of(server)}, "1"));
   one.start();
   ASSERT_TRUE(one.wait_until_joined(5).joined);
-  const std::int64_t start = now_ns();
+  const std::int64_t start = core::monotonic_ns();
   ForceLoop s(server, core::kServerSender, {0}, start);
   ASSERT_TRUE(eventually([&] { return server.statistics(0).packets_sent > 20; }));
   ForceLoop a(one, 0, {core::kServerSender}, start);
@@ -326,7 +324,7 @@ TEST(PeerLink, ACutCableMeansANewEpochAndANewSessionAfterwards) {
   server.start();
   one.start();
   ASSERT_TRUE(one.wait_until_joined(5).joined);
-  const std::int64_t start = now_ns();
+  const std::int64_t start = core::monotonic_ns();
   ForceLoop s(server, core::kServerSender, {0}, start);
   ForceLoop a(one, 0, {core::kServerSender}, start);
   ASSERT_TRUE(eventually([&] { return one.statistics(core::kServerSender).accepted > 10; }));
@@ -359,7 +357,7 @@ TEST(PeerLink, LostAndDoubledPacketsAreCountedAsSuch) {
   server.start();
   one.start();
   ASSERT_TRUE(one.wait_until_joined(5).joined);
-  const std::int64_t start = now_ns();
+  const std::int64_t start = core::monotonic_ns();
   ForceLoop s(server, core::kServerSender, {0}, start, true);
   ForceLoop a(one, 0, {core::kServerSender}, start);
   ASSERT_TRUE(eventually([&] { return server.statistics(0).accepted > 60; }));
@@ -378,7 +376,7 @@ TEST(PeerLink, LostAndDoubledPacketsAreCountedAsSuch) {
 TEST(PeerLink, BadPacketsAreCountedAndNoneIsFelt) {
   PeerLink server(hosting(core::kServerSender, {Seat::kOpen}));
   server.start();
-  ForceLoop s(server, core::kServerSender, {0}, now_ns(), true);
+  ForceLoop s(server, core::kServerSender, {0}, core::monotonic_ns(), true);
   UdpLink stranger("127.0.0.1:0");
   const Endpoint to = server.local();
   StateEncoder encoder;
@@ -405,7 +403,7 @@ TEST(PeerLink, BadPacketsAreCountedAndNoneIsFelt) {
 TEST(PeerLink, NonsenseFromAJoinedPeerIsCountedByReasonAndNotFelt) {
   PeerLink server(hosting(core::kServerSender, {Seat::kOpen}));
   server.start();
-  ForceLoop s(server, core::kServerSender, {0}, now_ns(), true);
+  ForceLoop s(server, core::kServerSender, {0}, core::monotonic_ns(), true);
   UdpLink socket("127.0.0.1:0");
   GuestOptions options;
   options.host = server.local();
@@ -415,10 +413,10 @@ TEST(PeerLink, NonsenseFromAJoinedPeerIsCountedByReasonAndNotFelt) {
   std::array<std::uint8_t, 1300> buffer;
   Endpoint from;
   ASSERT_TRUE(eventually([&] {
-    guest.poll(now_ns());
+    guest.poll(core::monotonic_ns());
     while (auto d = guest.next_datagram()) socket.send(d->to, d->bytes);
     while (auto n = socket.receive(from, buffer))
-      guest.on_datagram({buffer.data(), *n}, from, now_ns());
+      guest.on_datagram({buffer.data(), *n}, from, core::monotonic_ns());
     return guest.state() == GuestSession::State::kJoined;
   }));
   const std::uint64_t session = guest.welcome().session;
@@ -427,7 +425,7 @@ TEST(PeerLink, NonsenseFromAJoinedPeerIsCountedByReasonAndNotFelt) {
     core::StatePacket p;
     p.sequence = 5;
     p.value_count = kValues;
-    p.send_ns = now_ns();
+    p.send_ns = core::monotonic_ns();
     edit(p);
     socket.send(server.local(), encoder.encode(p, in_session));
   };

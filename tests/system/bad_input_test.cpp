@@ -199,7 +199,7 @@ class Stranger {
     p.sender = 1;
     p.sequence = sequence;
     p.slot = static_cast<std::int64_t>(8 * sequence);
-    p.send_ns = core::MonotonicClock().now_ns();
+    p.send_ns = core::monotonic_ns();
     p.value_count = 8;
     p.values = {-0.035, -0.012, 0, 0, 0.035, -0.012, 0, 0};
     return p;
@@ -313,15 +313,18 @@ TEST(Namespaces, TwoReplicasMeetAcrossAVirtualCable) {
   if (run("ip netns add " + a) != 0 || run("ip netns add " + b) != 0 ||
       run("ip link add " + a + " netns " + a + " type veth peer name " + b + " netns " + b) != 0)
     GTEST_SKIP() << "no network namespaces here";
-  run("ip -n " + a + " addr add 10.74.0.1/24 dev " + a);
-  run("ip -n " + b + " addr add 10.74.0.2/24 dev " + b);
-  run("ip -n " + a + " link set " + a + " up");
-  run("ip -n " + b + " link set " + b + " up");
-  const std::string common = std::string(" " TANDEM_PROGRAM " replica --scene box_distributed") +
+  // nsenter, not `ip netns exec`: that remounts /, which a chroot does not allow.
+  const std::string in_a = "nsenter --net=/run/netns/" + a + " ";
+  const std::string in_b = "nsenter --net=/run/netns/" + b + " ";
+  run(in_a + "ip addr add 10.74.0.1/24 dev " + a);
+  run(in_b + "ip addr add 10.74.0.2/24 dev " + b);
+  run(in_a + "ip link set " + a + " up");
+  run(in_b + "ip link set " + b + " up");
+  const std::string common = std::string(TANDEM_PROGRAM " replica --scene box_distributed") +
                              " --seconds 4 --no-memory-lock --quiet --json ";
-  const std::string one = "ip netns exec " + a + common + scratch("ns1.json") +
+  const std::string one = in_a + common + scratch("ns1.json") +
                           " --user 1 --bind 10.74.0.1:7001 > " + scratch("ns1.txt");
-  const std::string two = "ip netns exec " + b + common + scratch("ns2.json") +
+  const std::string two = in_b + common + scratch("ns2.json") +
                           " --user 2 --bind 10.74.0.2:7002 --peer 1=10.74.0.1:7001 > " +
                           scratch("ns2.txt");
   EXPECT_EQ(run("(" + one + " & p=$!; " + two + "; s=$?; wait $p && exit $s)"), 0);

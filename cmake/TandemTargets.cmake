@@ -99,7 +99,6 @@ function(tandem_add_test name)
   target_compile_definitions(${name} PRIVATE TANDEM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests
     CXX_EXTENSIONS OFF)
-  tandem_unity(${name})
   tandem_precompile_gtest(${name})
   tandem_test_is_chosen(chosen ${arg_LABELS})
   if(NOT chosen)

@@ -17,6 +17,7 @@ struct AnalyzedScene {
   /// Resampled where that applies, else measured on the running loop.
   [[nodiscard]] analysis::LiftedSystem lift() const;
   [[nodiscard]] std::string assumed() const;  ///< lines to print
+  [[nodiscard]] std::string grasp() const;    ///< plane: where each finger holds; lines to print
 };
 
 /// What every `tandem analyze` command on one scene takes.
@@ -30,6 +31,8 @@ struct AnalyzeOptions {
 };
 
 void add_analyze_admittance(CLI::App& analyze);
+void add_analyze_bounds(CLI::App& analyze);
+void add_analyze_compensate(CLI::App& analyze);
 void add_analyze_stability(CLI::App& analyze);
 void add_analyze_check(CLI::App& analyze);
 

@@ -305,6 +305,12 @@ LinearScene linear_scene(const core::Scene& given) {
     scene = linearised_at_grasp(scene);
     assume(!given.contact.attached, "fingers attached to the object where they first touch it");
     assume(!given.walls.empty(), "no walls: the grasp is judged in free motion");
+    bool held = false;
+    for (const auto& user : given.users)
+      for (const auto& finger : user.fingers)
+        held = held || finger.hand.stiffness > 0.0 || finger.hand.damping > 0.0 ||
+               finger.damping > 0.0;
+    assume(held, "fingers are free masses: no muscle holds or damps them");
   }
   if (scene.space == core::Space::kAxis) {
     assume(!scene.contact.attached, "fingers attached to the object: contact never opens");

@@ -23,7 +23,7 @@ void AnalyzeOptions::add(CLI::App& command) {
   command
       .add_option("--delay-packets", delay_packets,
                   "round trip in packet periods, all of it one way; fractions are ticks")
-      ->check(CLI::Range(0.0, 60.0));
+      ->check(between(0.0, 60.0));
 }
 
 AnalyzedScene AnalyzeOptions::load() const {

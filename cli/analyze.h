@@ -30,6 +30,18 @@ struct AnalyzeOptions {
   [[nodiscard]] AnalyzedScene load() const;
 };
 
+/// CLI::Range that refuses what is no number too: every comparison with NaN is false.
+[[nodiscard]] inline CLI::Validator between(double low, double high) {
+  return CLI::Validator(
+      [=](std::string& text) {
+        double x = 0.0;
+        if (CLI::detail::lexical_cast(text, x) && x >= low && x <= high) return std::string();
+        return text + " is not between " + CLI::detail::to_string(low) + " and " +
+               CLI::detail::to_string(high);
+      },
+      "FLOAT in [" + CLI::detail::to_string(low) + " - " + CLI::detail::to_string(high) + "]");
+}
+
 void add_analyze_admittance(CLI::App& analyze);
 void add_analyze_bounds(CLI::App& analyze);
 void add_analyze_compensate(CLI::App& analyze);

@@ -32,7 +32,11 @@ void run(const AdmittanceOptions& o) {
   const bool turns = o.axis == "rotation";
   const std::string user = o.user.empty() ? s.scene.users[0].name : o.user;
   const int index = core::index_of(s.scene.users, user);
-  if (index < 0) throw CLI::ValidationError("--user", "no user " + user);
+  if (index < 0) {
+    std::string known;
+    for (const auto& u : s.scene.users) known += (known.empty() ? "" : ", ") + u.name;
+    throw CLI::ValidationError("--user", "no user " + user + "; there are: " + known);
+  }
   if (o.alone) s.scene = analysis::with_one_hand(s.scene, user);
   const analysis::LiftedSystem system = s.lift();
   constexpr double kPi = 3.14159265358979323846;
@@ -114,10 +118,10 @@ void add_analyze_admittance(CLI::App& analyze) {
   command->add_flag("--alone", o->alone, "the other hands do not touch (thesis chapter 6)");
   command->add_flag("--position", o->position, "X/F instead of V/F (Fig 6.5)");
   command->add_option("--from", o->from, "lowest frequency [rad/s]")
-      ->check(CLI::Range(1e-9, 1e9))
+      ->check(between(1e-9, 1e9))
       ->capture_default_str();
   command->add_option("--to", o->to, "highest [rad/s]; default just below half the packet rate")
-      ->check(CLI::Range(1e-9, 1e9));
+      ->check(between(1e-9, 1e9));
   command->add_option("--count", o->count, "frequencies, evenly on a logarithmic scale")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();

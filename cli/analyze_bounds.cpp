@@ -218,8 +218,8 @@ void run(const BoundsOptions& o) {
   std::string text = fmt::format(
       "{}, round trip {:.6g} packets: bounds from the literature beside exact answers [N/m]\n"
       "  A bound that asks for passivity holds for any passive hand; the exact one beside it is "
-      "the least\n  of sampled hands, so an upper limit of what any bound may allow.\n",
-      s.scene.name, o.common.delay_packets);
+      "the least\n  of sampled hands, so an upper limit of what any bound may allow.\n{}{}",
+      s.scene.name, o.common.delay_packets, s.assumed(), s.grasp());
   ordered_json json;
   json["scene"] = s.scene.name;
   json["delay_packets"] = o.common.delay_packets;
@@ -307,15 +307,15 @@ void add_analyze_bounds(CLI::App& analyze) {
   command
       ->add_option("--device-damping", o->device_damping,
                    "of the mechanism [N s/m]; default: the scene's finger.damping")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(between(0.0, 1e6));
   command
       ->add_option("--device-friction", o->device_friction,
                    "Coulomb [N]; default: the scene's device.friction")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(between(0.0, 1e6));
   command
       ->add_option("--encoder-step", o->encoder_step,
                    "[m]; default: the scene's device.encoder_step")
-      ->check(CLI::Range(0.0, 1.0));
+      ->check(between(0.0, 1.0));
   command->add_option("--csv", o->csv, "write the bounds to this file")
       ->check(writable_file, "", "writable");
   command->callback([o] {

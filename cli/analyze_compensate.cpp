@@ -177,7 +177,7 @@ void add_analyze_compensate(CLI::App& analyze) {
   command
       ->add_option("--leave", o->leave,
                    "part of the smallest net damping that is left; 0 is its very edge")
-      ->check(CLI::Range(0.0, 1.0))
+      ->check(between(0.0, 1.0))
       ->capture_default_str();
   command->add_option("--csv", o->csv, "write the variants to this file")
       ->check(writable_file, "", "writable");

@@ -66,7 +66,8 @@ class Session {
       for (const bool newer : {false, true}) {
         if (!newer && r == 0) continue;
         std::vector<double> effect(n, 0.0);
-        const int from = newer ? r : 0, to = newer ? w_.ticks : r, sent = (newer ? q : q + 1) * w_.ticks;
+        const int from = newer ? r : 0, to = newer ? w_.ticks : r,
+                  sent = (newer ? q : q + 1) * w_.ticks;
         for (int tick = from; tick < w_.ticks; ++tick) {
           effect = multiply(site.a, effect);
           for (int i = 0; tick < to && i < n; ++i)

@@ -75,13 +75,15 @@ class Builder {
     const auto finger = out_.sites[site].ends(s, out_.sites[site].of_finger(u, f), -1);
     const auto object = out_.sites[0].ends(s, -1, out_.sites[0].of_object(o));
     const int up_delay = delay(u, kServer);
-    const int used = (up_delay + out_.ticks - 1) / out_.ticks * out_.ticks;  // age of what the server replies to [ticks]
+    const int used = (up_delay + out_.ticks - 1) / out_.ticks *
+                     out_.ticks;  // age of what the server replies to [ticks]
     Signal down{0, site, minus(finger), row(out_.sites[0], object, s.gain), {}, delay(kServer, u)};
     for (const bool by_age : {false, true}) {
       if (by_age && !extrapolates()) continue;
       Signal up{site, 0,        minus(object), row(out_.sites[site], finger, s.gain, by_age),
                 {},   up_delay, by_age};
-      down.add.emplace_back(static_cast<int>(out_.signals.size()), by_age ? used * scene_.tick() : 1.0);
+      down.add.emplace_back(static_cast<int>(out_.signals.size()),
+                            by_age ? used * scene_.tick() : 1.0);
       out_.signals.push_back(std::move(up));
     }
     out_.signals.push_back(std::move(down));

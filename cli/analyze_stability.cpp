@@ -50,8 +50,8 @@ Varied parse(const core::Scene& scene, const std::string& text) {
   if (cells < 1 || cells > 20000) bad("1 to 20000 cells");
   axis.count = static_cast<int>(cells);
   const std::string fields = text.substr(0, equal);
-  if (axis.from == 0.0 && (fields.find(".mass") != std::string::npos ||
-                           fields.find(".inertia") != std::string::npos))
+  if (axis.from == 0.0 &&
+      (fields.find(".mass") != std::string::npos || fields.find(".inertia") != std::string::npos))
     bad("a mass is above 0: start the range above it, for example at " +
         fmt::format("{:g}", 1e-3 * axis.to));
   try {

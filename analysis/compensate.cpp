@@ -61,6 +61,27 @@ double cancels(const core::Scene& scene, const core::NetworkModel& network,
   return std::numeric_limits<double>::infinity();
 }
 
+/// Compensation that leaves no drag along `axis` when the force acts on the copies themselves
+/// (Fig 6.3). By secants on the direct solve: the model need not be stable for that.
+double cancels_simplified(const core::Scene& scene, const core::NetworkModel& network,
+                          const Knob& knob, int axis) {
+  core::Scene model = simplified(scene);
+  const auto drag = [&](double c) {
+    knob.set(model, c);
+    const LiftedSystem system = lifted_system(model, network);
+    return felt_motion(system, object_axes(system, model, 0)).mean_damping(axis, axis);
+  };
+  double a = 0.0, fa = drag(a);
+  if (!(fa > 1e-12)) return 0.0;
+  double b = 0.5 * fa, fb = drag(b);
+  for (int i = 0; i < 30 && fb != fa && std::abs(b - a) > 1e-13 * b; ++i) {
+    const double next = b - fb * (b - a) / (fb - fa);
+    a = b, fa = fb;
+    b = next, fb = drag(b);
+  }
+  return b;
+}
+
 /// Drag of one user alone along every axis.
 std::vector<double> drag_alone(const core::Scene& scene, const core::NetworkModel& network,
                                int user) {
@@ -186,7 +207,7 @@ std::vector<Compensator> compensators(const core::Scene& whole, const core::Netw
       bound(early, one.who + ", no delay");
       bound(now, one.who + ", this delay");
     }
-    c.simplified_undelayed = cancels(simplified(scene), still, c.field, guess);
+    c.simplified_undelayed = cancels_simplified(scene, still, Knob(scene, c.field), turn ? 2 : 0);
     if (turn) bound(c.simplified_undelayed, "the simplified model, no delay");
     // Rounding of a zero drag is no compensator.
     c.value = least < 1e-9 ? 0.0 : (1.0 - leave) * least;

@@ -18,9 +18,9 @@ constexpr double kDrift = 1e-13;
 /// Several ones side by side spoil each other; whether they are ones is asked of the motion itself.
 constexpr double kDrifts = 1e-9;
 
-/// Everything moving at one metre (or radian) a second, (M - I) s = T_t t, where the scene keeps
-/// uniform motion (no drag); empty if it does not. Bodies may trail each other: what is held is
-/// old. `pivots`: of all common motions, which are free in s and taken as zero.
+/// Everything moving at one metre (or radian) a second, (M - I) s = T_t t, if there is such a
+/// motion. Bodies may trail each other: what is held is old. `pivots`: of all common motions, which
+/// are free in s and taken as zero.
 std::vector<double> uniform_motion(const Matrix& m, const std::vector<double>& t, double period,
                                    const std::vector<std::size_t>& pivots) {
   const int n = m.rows;
@@ -36,14 +36,22 @@ std::vector<double> uniform_motion(const Matrix& m, const std::vector<double>& t
   }
   const std::vector<double> x = solve(a, right);
   for (int c = 0; c < a.cols; ++c) s[unknown[c]] = x[c];
+  return s;
+}
+
+/// Whether the map keeps uniform motion s, which there is no drag in. `scale`: how large each state
+/// is in any of the uniform motions; what is zero in this one is so but for rounding of that.
+bool keeps_uniform_motion(const Matrix& m, const std::vector<double>& t, double period,
+                          const std::vector<double>& s, const std::vector<double>& scale) {
+  const int n = m.rows;
   // A row is kept if its residual is rounding beside what was added up in it, or beside that of
   // all it goes to: a force in flight is zero here, but for rounding of its own.
   std::vector<double> residual(n), size(n);
   for (int i = 0; i < n; ++i) {
-    size[i] = std::abs(s[i]);
-    residual[i] = -s[i] - right[i];
+    size[i] = scale[i];
+    residual[i] = -s[i] - period * t[i];
     for (int j = 0; j < n; ++j) {
-      size[i] += std::abs(m(i, j) * s[j]);
+      size[i] += std::abs(m(i, j)) * scale[j];
       residual[i] += m(i, j) * s[j];
     }
   }
@@ -59,8 +67,8 @@ std::vector<double> uniform_motion(const Matrix& m, const std::vector<double>& t
     }
   }
   for (int i = 0; i < n; ++i)
-    if (!(std::abs(residual[i]) <= 1e-12 * size[i])) return {};
-  return s;
+    if (!(std::abs(residual[i]) <= 1e-12 * size[i])) return false;
+  return true;
 }
 
 /// Eliminates direction `t` (t[pivot] = 1), which the map keeps: R = M - t M[pivot,:], row and
@@ -181,11 +189,19 @@ bool deflate_uniform_motions(const LiftedSystem& system, const Part& whole, Part
                              std::vector<std::string>& removed) {
   std::vector<std::size_t> pivots;
   for (const int k : part.kept) pivots.push_back(whole.symmetries[k].pivot);
-  bool any = false;
+  std::vector<std::vector<double>> motions;
+  std::vector<double> scale(whole.m.rows, 0.0);
   for (const int k : part.kept) {
-    const Symmetry& t = whole.symmetries[k];
-    std::vector<double> s = uniform_motion(whole.m, t.direction, system.period, pivots);
-    if (s.empty()) continue;
+    motions.push_back(
+        uniform_motion(whole.m, whole.symmetries[k].direction, system.period, pivots));
+    for (int i = 0; i < whole.m.rows; ++i)
+      scale[i] = std::max(scale[i], std::abs(motions.back()[i]));
+  }
+  bool any = false;
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    const Symmetry& t = whole.symmetries[part.kept[i]];
+    std::vector<double> s = motions[i];
+    if (!keeps_uniform_motion(whole.m, t.direction, system.period, s, scale)) continue;
     for (const Symmetry& e : part.eliminated)
       eliminate_from(s, e.direction, static_cast<int>(e.pivot));
     const auto largest = std::max_element(

@@ -234,6 +234,8 @@ void point(const AnalyzeOptions& o) {
       s.scene.name, o.delay_packets, judged.stable() ? "stable" : "NOT stable", judged.radius,
       loop.radius, system.states(),
       judged.removed.empty() ? "nothing" : fmt::format("{}", fmt::join(judged.removed, ", ")));
+  if (judged.removed.size() > loop.removed.size())
+    text += "  (its finite differences do not tell free drift from an eigenvalue of one)\n";
   text += s.assumed();
   json["modes"] = modes_of(judged, system.period, text);
   text += s.grasp();

@@ -78,9 +78,10 @@ void compensate_object(const CompensateOptions& o, const AnalyzedScene& s, int o
   for (const analysis::Compensator& c : found) {
     const char* unit = &c == &found.front() ? "N s/m" : "N m s/rad";
     text += fmt::format(
-        "    {}: net damping is nothing at {:.8g} {} of each copy without delay, {:.8g} at this\n"
-        "      delay, {:.8g} in the simplified model without delay; the rule gives {:.8g}\n"
-        "      ({:g} of {})\n",
+        "    {}: net damping is zero, or the loop unstable otherwise, at\n"
+        "      {:.8g} {} of each copy without delay, {:.8g} at this delay; in the simplified "
+        "model\n"
+        "      without delay at {:.8g}. The rule gives {:.8g}: {:g} of what {} bears\n",
         c.field, c.cancels_undelayed, unit, c.cancels_now, c.simplified_undelayed, c.value,
         1.0 - o.leave, c.bound_by);
     out["compensators"].push_back({{"field", c.field},

@@ -278,5 +278,16 @@ TEST(HardCases, ALightMassOnAStiffWallIsStableInItsNarrowBand) {
   EXPECT_GT(largest(0.5 * 30000.0 * T - 1e-4), 1.0);
 }
 
+// A sign error of (4.26) left as printed makes a scene look better than stable (reference analysis,
+// section 2): a map that does not keep its translation is refused, not judged.
+TEST(HardCases, AMapThatBreaksItsTranslationIsRefused) {
+  const core::Scene scene = edited("axis_distributed", {});
+  LiftedSystem system = resampled_system(scene, {});
+  system.transition(1, 0) *= 1.001;  // a coupler stiffer seen from one side
+  EXPECT_THROW((void)judge(system), std::domain_error);
+  system.grounded = true;  // with a spring to the ground that is as it should be
+  EXPECT_NO_THROW((void)judge(system));
+}
+
 }  // namespace
 }  // namespace tandem::analysis

@@ -32,12 +32,12 @@ std::vector<double> diagonal(const Matrix& m) {
 }
 
 /// Every user alone, then all together: what must be stable.
-struct Case {
+struct Holding {
   std::string who;
   core::Scene scene;
 };
-std::vector<Case> cases_of(const core::Scene& scene) {
-  std::vector<Case> out;
+std::vector<Holding> cases_of(const core::Scene& scene) {
+  std::vector<Holding> out;
   if (scene.users.size() > 1)
     for (const auto& user : scene.users)
       out.push_back({"user " + user.name + " alone", with_one_hand(scene, user.name)});
@@ -91,24 +91,24 @@ std::vector<double> drag_alone(const core::Scene& scene, const core::NetworkMode
 }
 
 /// Factor by which the numbers of a field may grow in every case.
-double factor(const std::vector<Case>& cases, const core::NetworkModel& network, const char* field,
-              bool& open) {
-  constexpr double kTop = 20.0;
-  double least = kTop;
-  for (const Case& c : cases) {
+double factor(const std::vector<Holding>& cases, const core::NetworkModel& network,
+              const char* field, bool& open) {
+  constexpr double kFactors = 20.0;
+  double least = kFactors;
+  for (const Holding& c : cases) {
     StabilityJudge judge(c.scene, network);
     const Knob knob(c.scene, field);
     IntervalOptions options;
     options.samples = 40;
     options.tolerance = 1e-9;
-    const auto stable = stable_intervals(judge, c.scene, knob, 1.0, kTop, options);
+    const auto stable = stable_intervals(judge, c.scene, knob, 1.0, kFactors, options);
     least = std::min(least, stable.empty() || stable.front().low > 1.0 ? 1.0 : stable.front().high);
   }
-  open = least == kTop;
+  open = least == kFactors;
   return least;
 }
 
-std::optional<int> delay_left(const std::vector<Case>& cases, const core::NetworkModel& network,
+std::optional<int> delay_left(const std::vector<Holding>& cases, const core::NetworkModel& network,
                               int ticks_per_packet) {
   const int last = 10 * ticks_per_packet;
   for (int more = 1; more <= last; ++more) {
@@ -117,7 +117,7 @@ std::optional<int> delay_left(const std::vector<Case>& cases, const core::Networ
     for (int i = 0; i <= core::kMaxUsers; ++i)
       for (int j = 0; j <= core::kMaxUsers; ++j)
         if ((i < j && j != kServer) || i == kServer) later.link[i][j].delay_ticks += more;
-    for (const Case& c : cases)
+    for (const Holding& c : cases)
       if (!judge(lifted_system(c.scene, later)).stable()) return more - 1;
   }
   return std::nullopt;
@@ -141,9 +141,9 @@ core::Scene compensated(core::Scene scene, int object, const std::vector<Compens
 
 LoopReport report_loop(const core::Scene& whole, const core::NetworkModel& network, int object) {
   const core::Scene scene = with_one_object(whole, object);
-  const std::vector<Case> cases = cases_of(scene);
+  const std::vector<Holding> cases = cases_of(scene);
   LoopReport out;
-  for (const Case& c : cases) {
+  for (const Holding& c : cases) {
     const double radius = judge(lifted_system(c.scene, network)).radius;
     if (&c == &cases.back()) out.radius = radius;
     out.radius_alone = std::max(out.radius_alone, radius);
@@ -174,7 +174,7 @@ std::vector<Compensator> compensators(const core::Scene& whole, const core::Netw
   o.compensation = o.compensation_rotation = 0.0;
   const core::NetworkModel still = undelayed(network);
   for (const core::NetworkModel* n : {&still, &network})
-    for (const Case& c : cases_of(scene))
+    for (const Holding& c : cases_of(scene))
       if (!judge(lifted_system(c.scene, *n)).stable())
         throw std::domain_error("object " + o.name + ": unstable without compensation (" + c.who +
                                 (n == &still ? ", no delay" : "") +
@@ -199,7 +199,7 @@ std::vector<Compensator> compensators(const core::Scene& whole, const core::Netw
     const auto bound = [&](double value, const std::string& who) {
       if (value < least) least = value, c.bound_by = who;
     };
-    for (const Case& one : cases_of(scene)) {
+    for (const Holding& one : cases_of(scene)) {
       const double early = cancels(one.scene, still, c.field, guess);
       const double now = cancels(one.scene, network, c.field, guess);
       c.cancels_undelayed = std::min(c.cancels_undelayed, early);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <stdexcept>
 
+#include "analysis/matrix_power.h"
+
 namespace tandem::analysis {
 
 namespace {
@@ -68,14 +70,6 @@ std::vector<int> reached(const LiftedSystem& system, const std::vector<GraspAxis
         kept.push_back(j);
       }
   return kept;
-}
-
-Matrix product(const Matrix& a, const Matrix& b) {
-  Matrix c(a.rows, b.cols);
-  for (int i = 0; i < a.rows; ++i)
-    for (int j = 0; j < b.cols; ++j)
-      for (int k = 0; k < a.cols; ++k) c(i, j) += a(i, k) * b(k, j);
-  return c;
 }
 
 Matrix inverse(const Matrix& a) {

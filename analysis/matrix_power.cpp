@@ -5,8 +5,6 @@
 
 namespace tandem::analysis {
 
-namespace {
-
 Matrix product(const Matrix& a, const Matrix& b) {
   Matrix c(a.rows, b.cols);
   for (int i = 0; i < a.rows; ++i)
@@ -17,6 +15,8 @@ Matrix product(const Matrix& a, const Matrix& b) {
     }
   return c;
 }
+
+namespace {
 
 Matrix identity(int n) {
   Matrix m(n, n);

@@ -161,8 +161,8 @@ TEST(BadInput, AnalysisNamesFieldAndRange) {
   expect_refused(analyze("admittance", "axis_central", {"--axis", "y"}), {"--axis", "only x"}, 2);
   expect_refused(analyze("admittance", "axis_central", {"--from", "nan"}), {"--from", "nan"}, 2);
   expect_refused(analyze("compensate", "axis_distributed", {"--leave", "1.5"}), {"--leave"}, 2);
-  expect_refused(analyze("bounds", "axis_single", {"--device-damping", "-1"}),
-                 {"--device-damping"}, 2);
+  expect_refused(analyze("bounds", "axis_single", {"--device-damping", "-1"}), {"--device-damping"},
+                 2);
   expect_refused(analyze("bounds", "axis_single", {"--csv", "/no/such/folder/x.csv"}),
                  {"/no/such/folder"}, 2);
   expect_refused(analyze("compensate", "box_central_table_8_1", {"--delay-packets", "1"}),

@@ -60,12 +60,76 @@ namespace tandem::analysis {
   return std::min(device_damping / (0.5 * T + delay), rest);
 }
 
+/// Stiffest passive wall spring [N/m] of a device with damping b beside a virtual damper B, `delay`
+/// ticks late: colgate_schenkel_damping turned round, which is convex in K. 0 where even a wall
+/// without spring needs more than b.
+[[nodiscard]] inline double colgate_schenkel_stiffness(double device_damping, double damping,
+                                                       double T, int delay = 0) noexcept {
+  const auto passive = [&](double k) {
+    return colgate_schenkel_damping(k, damping, T, delay) <= device_damping;
+  };
+  double low = 0.0, high = 2.0 * device_damping / T;  // no damper and no delay: the most there is
+  if (!(device_damping > 0.0) || !passive(0.0)) return 0.0;
+  while (passive(high)) low = high, high *= 2.0;
+  for (int i = 0; i < 100 && high - low > 1e-13 * high; ++i)
+    (passive(0.5 * (low + high)) ? low : high) = 0.5 * (low + high);
+  return low;
+}
+
 /// Largest stable coupler stiffness between two free masses, exact (3.18): 2 b / T, as long as
 /// b < 2 mu / T with the reduced mass mu; else 0 [N/m].
 [[nodiscard]] inline double coupled_masses_stiffness(double damping, double mass_a, double mass_b,
                                                      double T) noexcept {
   const double mu = mass_a * mass_b / (mass_a + mass_b);
   return damping < 2.0 * mu / T ? 2.0 * damping / T : 0.0;
+}
+
+/// The same with a hand stepped exactly and an object by another integrator, whose position moves
+/// by (c T^2 / m) f a tick: c = 1/2 exact, 1 semi-implicit, 0 explicit Euler. From the trace and
+/// determinant of the relative motion (Jury): with s = mu (1 / 2 m_h + c / m_o),
+///   k < (b / T) / (1 - s)   and   b < 2 mu / T + (1/2 - s) k T.
+/// s = 1/2 is 2 b / T; explicit Euler on both would be s = 0, b / T.
+[[nodiscard]] inline double coupled_masses_stiffness(double damping, double hand, double object,
+                                                     double c, double T) noexcept {
+  const double mu = hand * object / (hand + object), s = mu * (0.5 / hand + c / object);
+  const double k = damping / T / (1.0 - s);
+  // The second condition is linear in k: with s > 1/2 it is an upper limit too.
+  if (s <= 0.5) return damping < 2.0 * mu / T + (0.5 - s) * k * T ? k : 0.0;
+  const double other = (2.0 * mu / T - damping) / ((s - 0.5) * T);
+  return std::max(0.0, std::min(k, other));
+}
+
+/// By how much a virtual coupling K + B breaks Llewellyn's criterion of absolute stability, the
+/// least over `count` frequencies up to Nyquist of
+///   2 b Re(1 / Z_c) - |Z| (1 - cos arg Z),   Z_c = B + K T z / (z - 1),   Z = (z + 1) / 2 z
+/// (impedance display, Adams and Hannaford 1999): any passive hand and any passive environment.
+/// Divided by (w T / 2)^2, so that the limit of slow motion counts too. Not negative: absolutely
+/// stable.
+[[nodiscard]] inline double llewellyn_margin(double stiffness, double damping,
+                                             double device_damping, double T, int count = 2000) {
+  const double s = 0.5 * stiffness * T, r = damping + s;
+  // w -> 0 in closed form.
+  double least = 2.0 * device_damping * (s > 0.0 ? r / (s * s) : 1e300) - 0.5;
+  for (int i = 1; i <= count; ++i) {
+    const double x = 0.5 * 3.14159265358979323846 * i / count;  // w T / 2
+    const double c = std::cos(x), cot = c / std::sin(x);
+    const double real = r / (r * r + s * s * cot * cot);  // Re(1 / Z_c)
+    least = std::min(least, (2.0 * device_damping * real - c * (1.0 - c)) / (x * x));
+  }
+  return least;
+}
+
+/// Stiffest absolutely stable virtual coupling with damping B [N/m], by bisection. At most
+/// (4 / T) (b + sqrt(b^2 + b B)), which is its limit in slow motion. 0 without device damping.
+[[nodiscard]] inline double llewellyn_stiffness(double damping, double device_damping, double T) {
+  const double b = device_damping;
+  if (!(b > 0.0)) return 0.0;
+  double low = 0.0, high = 4.0 / T * (b + std::sqrt(b * b + b * damping)) * (1.0 + 1e-12);
+  for (int i = 0; i < 100 && high - low > 1e-13 * high; ++i) {
+    const double k = 0.5 * (low + high);
+    (llewellyn_margin(k, damping, b, T) >= 0.0 ? low : high) = k;
+  }
+  return low;
 }
 
 }  // namespace tandem::analysis

@@ -30,13 +30,13 @@ FastResponse::FastResponse(const core::Scene& scene, const core::NetworkModel& n
   w_ = workstations_of(scene, network);
   for (std::size_t s = 0; s < w_.sites.size() && body_ < 0; ++s) {
     site_ = static_cast<int>(s);
-    body_ = w_.sites[s].body_of_hand(user, finger);
+    body_ = w_.sites[s].of_finger(user, finger);
   }
   if (body_ < 0) throw std::domain_error("no finger " + std::to_string(user));
 }
 
 Complex FastResponse::operator()(double omega, bool of_position) const {
-  const Site& site = w_.sites[site_];
+  const Workstation& site = w_.sites[site_];
   const int n = site.a.rows;
   const auto turn = [&](int k) { return std::polar(1.0, omega * w_.tick * k); };
   std::vector<Complex> force(n), x(n);
@@ -59,7 +59,7 @@ Complex FastResponse::operator()(double omega, bool of_position) const {
   for (int i = 0; i < w_.states; ++i) whole[i] = a[i] + j * b[i];
   // Through the period once more, now with all that comes in.
   for (int i = 0; i < n; ++i) x[i] = whole[site.offset + i];
-  const int seen = site.bodies[body_].state + (of_position ? 0 : 1);
+  const int seen = 2 * body_ + (of_position ? 0 : 1);
   Complex sum;
   for (int k = 0; k < w_.ticks; ++k) {
     sum += x[seen] * std::conj(turn(k));
@@ -69,7 +69,9 @@ Complex FastResponse::operator()(double omega, bool of_position) const {
       const std::vector<double> row = w_.value(signal, w_.age(signal, k));
       Complex held;
       for (int i = 0; i < w_.states; ++i) held += row[i] * whole[i];
-      for (int i = 0; i < n; ++i) force[i] += site.coupled(i, signal.body) * held;
+      held *= w_.factor(signal, k);
+      const std::vector<double> pushed = multiply(site.coupled, signal.push);
+      for (int i = 0; i < n; ++i) force[i] += pushed[i] * held;
     }
     step(site.a, x, force);
   }

@@ -25,6 +25,37 @@ struct GrowthOptions {
 
 inline constexpr int kLeastRepeats = 40, kMostPackets = 20000;
 
+namespace detail {
+
+/// Least-squares slope of y over x, point by point (Welford).
+class RunningSlope {
+ public:
+  void add(double x, double y) noexcept {
+    n_ += 1.0;
+    const double dx = x - mean_x_;
+    mean_x_ += dx / n_;
+    mean_y_ += (y - mean_y_) / n_;
+    sxx_ += dx * (x - mean_x_);
+    sxy_ += dx * (y - mean_y_);
+  }
+  [[nodiscard]] double value() const noexcept { return sxy_ / sxx_; }
+
+ private:
+  double n_ = 0.0, mean_x_ = 0.0, mean_y_ = 0.0, sxx_ = 0.0, sxy_ = 0.0;
+};
+
+}  // namespace detail
+
+/// What measure_growth makes of a free drift x = v t that has not been taken out: exp of the
+/// least-squares slope of ln t over the fitted periods; a drift that starts from somewhere grows
+/// less. Slower growth than this cannot be told from it.
+[[nodiscard]] inline double drift_growth(const GrowthOptions& options) {
+  detail::RunningSlope slope;
+  for (int t = options.fit_from; t <= options.periods; ++t)
+    slope.add(t, std::log(static_cast<double>(t > 0 ? t : 1)));
+  return std::exp(slope.value());
+}
+
 struct Growth {
   /// Factor by which a deviation grows in a packet period; infinite where one period takes a
   /// deviation of norm one beyond all numbers.
@@ -170,7 +201,7 @@ template <typename Loop>
   growth.states = static_cast<int>(d.size());
   for (const Symmetry& s : symmetries) growth.removed.push_back(s.name);
   double sum = 0.0;
-  double n = 0.0, mean_x = 0.0, mean_y = 0.0, sxx = 0.0, sxy = 0.0;
+  detail::RunningSlope slope;
   const int packets = static_cast<int>(loop.packet_slots().packets);
   const int periods =
       packets == 1 ? options.periods : std::max(options.periods / packets, kLeastRepeats);
@@ -185,19 +216,12 @@ template <typename Loop>
     }
     sum += std::log(norm);
     for (double& x : d) x /= norm;
-    if (period >= fit_from) {  // running least squares (Welford)
-      n += 1.0;
-      const double dx = period - mean_x;
-      mean_x += dx / n;
-      mean_y += (sum - mean_y) / n;
-      sxx += dx * (period - mean_x);
-      sxy += dx * (sum - mean_y);
-    }
+    if (period >= fit_from) slope.add(period, sum);
     detail::set_deviation(loop, reference, d, options.amplitude);
     loop.advance_repeat();
     detail::get_deviation(loop, reference, d, options.amplitude);
   }
-  growth.per_packet = std::exp(sxy / sxx / packets);
+  growth.per_packet = std::exp(slope.value() / packets);
   return growth;
 }
 

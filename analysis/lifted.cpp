@@ -13,30 +13,43 @@ namespace {
 
 /// A simple eigenvalue one is found to some 1e-15; the smallest drag looked for moves it by 5e-13.
 constexpr double kDrift = 1e-13;
+/// Several ones side by side spoil each other; whether they are ones is asked of the motion itself.
+constexpr double kDrifts = 1e-9;
 
-/// Everything moving at one metre a second, (M - I) s = T_t t, where the scene keeps uniform motion
-/// (no drag); empty if it does not. Bodies may trail each other: what is held is old.
+/// Everything moving at one metre (or radian) a second, (M - I) s = T_t t, if there is such a
+/// motion. Bodies may trail each other: what is held is old. `pivots`: of all common motions, which
+/// are free in s and taken as zero.
 std::vector<double> uniform_motion(const Matrix& m, const std::vector<double>& t, double period,
-                                   int pivot) {
+                                   const std::vector<std::size_t>& pivots) {
   const int n = m.rows;
-  Matrix a(n, n - 1);
+  std::vector<int> unknown;
+  for (int j = 0; j < n; ++j)
+    if (std::find(pivots.begin(), pivots.end(), static_cast<std::size_t>(j)) == pivots.end())
+      unknown.push_back(j);
+  Matrix a(n, static_cast<int>(unknown.size()));
   std::vector<double> right(n), s(n, 0.0);
   for (int i = 0; i < n; ++i) {
     right[i] = period * t[i];
-    for (int j = 0, c = 0; j < n; ++j)
-      if (j != pivot) a(i, c++) = m(i, j) - (i == j ? 1.0 : 0.0);
+    for (int c = 0; c < a.cols; ++c) a(i, c) = m(i, unknown[c]) - (i == unknown[c] ? 1.0 : 0.0);
   }
   const std::vector<double> x = solve(a, right);
-  for (int j = 0, c = 0; j < n; ++j)
-    if (j != pivot) s[j] = x[c++];
+  for (int c = 0; c < a.cols; ++c) s[unknown[c]] = x[c];
+  return s;
+}
+
+/// Whether the map keeps uniform motion s, which there is no drag in. `scale`: how large each state
+/// is in any of the uniform motions; what is zero in this one is so but for rounding of that.
+bool keeps_uniform_motion(const Matrix& m, const std::vector<double>& t, double period,
+                          const std::vector<double>& s, const std::vector<double>& scale) {
+  const int n = m.rows;
   // A row is kept if its residual is rounding beside what was added up in it, or beside that of
   // all it goes to: a force in flight is zero here, but for rounding of its own.
   std::vector<double> residual(n), size(n);
   for (int i = 0; i < n; ++i) {
-    size[i] = std::abs(s[i]);
-    residual[i] = -s[i] - right[i];
+    size[i] = scale[i];
+    residual[i] = -s[i] - period * t[i];
     for (int j = 0; j < n; ++j) {
-      size[i] += std::abs(m(i, j) * s[j]);
+      size[i] += std::abs(m(i, j)) * scale[j];
       residual[i] += m(i, j) * s[j];
     }
   }
@@ -52,8 +65,8 @@ std::vector<double> uniform_motion(const Matrix& m, const std::vector<double>& t
     }
   }
   for (int i = 0; i < n; ++i)
-    if (!(std::abs(residual[i]) <= 1e-12 * size[i])) return {};
-  return s;
+    if (!(std::abs(residual[i]) <= 1e-12 * size[i])) return false;
+  return true;
 }
 
 /// Eliminates direction `t` (t[pivot] = 1), which the map keeps: R = M - t M[pivot,:], row and
@@ -115,6 +128,8 @@ struct Part {
   Matrix m;
   std::vector<Symmetry> symmetries;
   std::vector<double> velocities;
+  std::vector<Symmetry> eliminated;  ///< in this order, each as it was when its turn came
+  std::vector<int> kept;             ///< which of `symmetries` they are
 };
 
 Part part_of(const LiftedSystem& system, const std::vector<int>& piece, int which) {
@@ -122,7 +137,7 @@ Part part_of(const LiftedSystem& system, const std::vector<int>& piece, int whic
   for (int i = 0; i < system.states(); ++i)
     if (piece[i] == which) kept.push_back(i);
   const int n = static_cast<int>(kept.size());
-  Part part{Matrix(n, n), {}, {}};
+  Part part{Matrix(n, n), {}, {}, {}, {}};
   for (int i = 0; i < n; ++i) {
     part.velocities.push_back(system.velocities[kept[i]]);
     for (int j = 0; j < n; ++j) part.m(i, j) = system.transition(kept[i], kept[j]);
@@ -144,17 +159,20 @@ Part part_of(const LiftedSystem& system, const std::vector<int>& piece, int whic
 }
 
 void deflate(const LiftedSystem& system, Part& part, std::vector<std::string>& removed) {
-  const bool axis = system.symmetries.size() == 1;
+  // A map by finite differences has been asked already which motions it keeps.
+  const bool demanded = system.tolerance < 1e-6;
   for (std::size_t k = 0; k < part.symmetries.size(); ++k) {
     const Symmetry s = part.symmetries[k];
     const int pivot = static_cast<int>(s.pivot);
     if (!keeps(part.m, s.direction, system.tolerance, system.period)) {
-      if (system.grounded || !axis) continue;
+      if (system.grounded || !demanded) continue;
       throw std::domain_error(
           "the scene has no spring to the ground, yet moving everything alike does not move "
           "everything alike: a coupler breaks translation invariance");
     }
     eliminate(part.m, s.direction, pivot);
+    part.eliminated.push_back(s);
+    part.kept.push_back(static_cast<int>(k));
     removed.push_back(s.name);
     for (std::size_t other = k + 1; other < part.symmetries.size(); ++other) {
       Symmetry& o = part.symmetries[other];
@@ -164,20 +182,38 @@ void deflate(const LiftedSystem& system, Part& part, std::vector<std::string>& r
   }
 }
 
-/// Takes out the second one of a double eigenvalue one, where there is one.
-bool deflate_uniform_motion(const LiftedSystem& system, const Part& whole, Part& part) {
-  const Symmetry& t = whole.symmetries[0];
-  const int pivot = static_cast<int>(t.pivot);
-  std::vector<double> s = uniform_motion(whole.m, t.direction, system.period, pivot);
-  if (s.empty()) return false;
-  eliminate_from(s, t.direction, pivot);
-  const auto largest = std::max_element(
-      s.begin(), s.end(), [](double x, double y) { return std::abs(x) < std::abs(y); });
-  const int at = static_cast<int>(largest - s.begin());
-  const double amount = *largest;
-  for (double& x : s) x /= amount;
-  eliminate(part.m, s, at);
-  return true;
+/// Takes out the second one of each double eigenvalue one, where there is one.
+bool deflate_uniform_motions(const LiftedSystem& system, const Part& whole, Part& part,
+                             std::vector<std::string>& removed) {
+  std::vector<std::size_t> pivots;
+  for (const int k : part.kept) pivots.push_back(whole.symmetries[k].pivot);
+  std::vector<std::vector<double>> motions;
+  std::vector<double> scale(whole.m.rows, 0.0);
+  for (const int k : part.kept) {
+    motions.push_back(
+        uniform_motion(whole.m, whole.symmetries[k].direction, system.period, pivots));
+    for (int i = 0; i < whole.m.rows; ++i)
+      scale[i] = std::max(scale[i], std::abs(motions.back()[i]));
+  }
+  bool any = false;
+  for (std::size_t i = 0; i < motions.size(); ++i) {
+    const Symmetry& t = whole.symmetries[part.kept[i]];
+    std::vector<double> s = motions[i];
+    if (!keeps_uniform_motion(whole.m, t.direction, system.period, s, scale)) continue;
+    for (const Symmetry& e : part.eliminated)
+      eliminate_from(s, e.direction, static_cast<int>(e.pivot));
+    const auto largest = std::max_element(
+        s.begin(), s.end(), [](double x, double y) { return std::abs(x) < std::abs(y); });
+    const auto at = static_cast<std::size_t>(largest - s.begin());
+    const double amount = *largest;
+    for (double& x : s) x /= amount;
+    eliminate(part.m, s, static_cast<int>(at));
+    removed.push_back("uniform motion" +
+                      (whole.symmetries.size() == 1 ? std::string() : " (" + t.name + ")"));
+    part.eliminated.push_back({removed.back(), std::move(s), at});
+    any = true;
+  }
+  return any;
 }
 
 }  // namespace
@@ -200,6 +236,12 @@ LinearScene linear_scene(const core::Scene& given) {
     scene = linearised_at_grasp(scene);
     assume(!given.contact.attached, "fingers attached to the object where they first touch it");
     assume(!given.walls.empty(), "no walls: the grasp is judged in free motion");
+    bool held = false;
+    for (const auto& user : given.users)
+      for (const auto& finger : user.fingers)
+        held = held || finger.hand.stiffness > 0.0 || finger.hand.damping > 0.0 ||
+               finger.damping > 0.0;
+    assume(held, "fingers are free masses: no muscle holds or damps them");
   }
   if (scene.space == core::Space::kAxis) {
     assume(!scene.contact.attached, "fingers attached to the object: contact never opens");
@@ -259,13 +301,12 @@ Judgement judge(const LiftedSystem& system) {
     const std::size_t before = out.removed.size();
     deflate(system, part, out.removed);
     auto found = eigenvalues(part.m);
-    const bool drifts = system.symmetries.size() == 1 && out.removed.size() > before &&
+    const double near = part.kept.size() == 1 ? kDrift : kDrifts;
+    const bool drifts = out.removed.size() > before && system.tolerance < 1e-6 &&
                         std::any_of(found.begin(), found.end(),
-                                    [](const auto& z) { return std::abs(z - 1.0) < kDrift; });
-    if (drifts && deflate_uniform_motion(system, whole, part)) {
-      out.removed.emplace_back("uniform motion");
+                                    [&](const auto& z) { return std::abs(z - 1.0) < near; });
+    if (drifts && deflate_uniform_motions(system, whole, part, out.removed))
       found = eigenvalues(part.m);
-    }
     out.eigenvalues.insert(out.eigenvalues.end(), found.begin(), found.end());
   }
   std::stable_sort(out.eigenvalues.begin(), out.eigenvalues.end(),

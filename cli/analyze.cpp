@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "analysis/drag.h"
+#include "analysis/grasp_response.h"
 #include "analysis/resampled.h"
 #include "analysis/response.h"
 #include "analysis/stability.h"
@@ -22,7 +23,7 @@ void AnalyzeOptions::add(CLI::App& command) {
   command
       .add_option("--delay-packets", delay_packets,
                   "round trip in packet periods, all of it one way; fractions are ticks")
-      ->check(CLI::Range(0.0, 60.0));
+      ->check(between(0.0, 60.0));
   command.add_flag("--own-packet-timer", own_packet_timer,
                    "packets leave exactly at k / packet_hz with the state of the tick before, as "
                    "from a thread with its own timer; matters where the rates are not multiples");
@@ -39,9 +40,19 @@ AnalyzedScene AnalyzeOptions::load() const {
 }
 
 analysis::LiftedSystem AnalyzedScene::lift() const {
-  return analysis::why_not_resampled(scene, network).empty()
-             ? analysis::resampled_system(scene, network)
-             : analysis::measured_system(scene, network);
+  return analysis::lifted_system(scene, network);
+}
+
+std::string AnalyzedScene::grasp() const {
+  if (scene.space != core::Space::kPlane) return {};
+  std::string text;
+  for (const auto& user : scene.users)
+    for (const auto& finger : user.fingers)
+      text += fmt::format("  finger {}.{} holds {} at ({:.4g}, {:.4g}) mm from its centre\n",
+                          user.name, finger.name, scene.objects[0].name,
+                          1e3 * (finger.position.x - scene.objects[0].position.x),
+                          1e3 * (finger.position.y - scene.objects[0].position.y));
+  return text;
 }
 
 std::string AnalyzedScene::assumed() const {
@@ -73,36 +84,45 @@ ordered_json modes_of(const analysis::LiftedSystem& system, const analysis::Judg
   return modes;
 }
 
+ordered_json gain_margin(analysis::StabilityJudge& judge, const core::Scene& scene,
+                         const std::string& field, double now,
+                         const analysis::IntervalOptions& options, std::string& text) {
+  const analysis::Knob knob(scene, field);
+  const double top = 100.0 * now;
+  const auto stable = analysis::stable_intervals(judge, scene, knob, 1e-3 * now, top, options);
+  ordered_json intervals = ordered_json::array();
+  std::string listed;
+  for (const auto& i : stable) {
+    intervals.push_back({number(i.low), number(i.high)});
+    listed += fmt::format(
+        "{}{} .. {}", listed.empty() ? "" : "; ",
+        i.low <= 1e-3 * now ? "0" : fmt::format("{:.6g}", i.low),
+        i.high >= top ? "over " + fmt::format("{:.4g}", top) : fmt::format("{:.6g}", i.high));
+  }
+  text +=
+      fmt::format("    {:33} now {:8.6g}: {}\n", field, now, listed.empty() ? "nowhere" : listed);
+  return {{"now", now}, {"stable", intervals}, {"scanned_to", top}};
+}
+
 /// How far each gain may move with all others as they are.
 ordered_json gain_margins(const AnalyzedScene& s, std::string& text) {
   ordered_json out;
   analysis::StabilityJudge judge(s.scene, s.network);
   analysis::IntervalOptions options;
-  options.samples = std::string(judge.road()) == "measured" ? 80 : 300;
+  options.samples = std::string(judge.road()) == "routh" ? 300 : 80;
   options.tolerance = 1e-9;
   text += "  each gain by itself, stable between\n";
+  const bool plane = s.scene.space == core::Space::kPlane;
   for (const core::CouplerParameters& c : s.scene.couplers)
-    for (const char* what : {"stiffness", "damping"}) {
-      const double now = what[0] == 's' ? c.gain.stiffness : c.gain.damping;
-      if (now <= 0.0) continue;
-      const std::string field = "coupler." + c.name + "." + what;
-      const analysis::Knob knob(s.scene, field);
-      const double top = 100.0 * now;
-      const auto stable =
-          analysis::stable_intervals(judge, s.scene, knob, 1e-3 * now, top, options);
-      ordered_json intervals = ordered_json::array();
-      std::string listed;
-      for (const auto& i : stable) {
-        intervals.push_back({number(i.low), number(i.high)});
-        listed += fmt::format(
-            "{}{} .. {}", listed.empty() ? "" : "; ",
-            i.low <= 1e-3 * now ? "0" : fmt::format("{:.6g}", i.low),
-            i.high >= top ? "over " + fmt::format("{:.4g}", top) : fmt::format("{:.6g}", i.high));
+    for (const auto& [gain, kind] : {std::pair{&c.gain, plane ? "normal." : ""},
+                                     {&c.tangential, "tangential."},
+                                     {&c.rotation, "rotation."}})
+      for (const char* what : {"stiffness", "damping"}) {
+        const double now = what[0] == 's' ? gain->stiffness : gain->damping;
+        if (now <= 0.0 || (!plane && gain != &c.gain)) continue;
+        const std::string field = "coupler." + c.name + "." + kind + what;
+        out[field] = gain_margin(judge, s.scene, field, now, options, text);
       }
-      text += fmt::format("    {:28} now {:8.6g}: {}\n", field, now,
-                          listed.empty() ? "nowhere" : listed);
-      out[field] = {{"now", now}, {"stable", intervals}, {"scanned_to", top}};
-    }
   return out;
 }
 
@@ -125,6 +145,44 @@ ordered_json delay_margin(const AnalyzedScene& s, double packets, std::string& t
   return nullptr;
 }
 
+ordered_json rows_of(const analysis::Matrix& m) {
+  ordered_json rows = ordered_json::array();
+  for (int i = 0; i < m.rows; ++i) {
+    rows.push_back(ordered_json::array());
+    for (int j = 0; j < m.cols; ++j) rows.back().push_back(number(m(i, j)));
+  }
+  return rows;
+}
+
+/// A grasp in the plane: along x and y and in rotation about the object's centre.
+ordered_json felt_axes(const analysis::FeltMotion& m, const std::vector<analysis::GraspAxis>& axes,
+                       const std::string& who, std::string& text) {
+  ordered_json out;
+  text += "  " + who + " feels in slow free motion\n";
+  double coupled = 0.0;
+  for (int i = 0; i < static_cast<int>(axes.size()); ++i) {
+    const bool turns = axes[i].turns();
+    out[axes[i].name] = {
+        {turns ? "damping_n_m_s_per_rad" : "damping_n_s_per_m", number(m.mean_damping(i, i))},
+        {turns ? "damping_sampled_n_m_s_per_rad" : "damping_sampled_n_s_per_m",
+         number(m.sampled_damping(i, i))},
+        {turns ? "inertia_kg_m2" : "inertia_kg", number(m.inertia(i, i))}};
+    text += fmt::format("    {:9} {:.10g} {} and {:.6g} {}\n", axes[i].name, m.mean_damping(i, i),
+                        turns ? "N m s/rad" : "N s/m", m.inertia(i, i), turns ? "kg m^2" : "kg");
+    for (int j = 0; j < i; ++j)
+      coupled = std::max(
+          coupled, std::abs(m.mean_damping(i, j)) /
+                       std::sqrt(std::abs(m.mean_damping(i, i) * m.mean_damping(j, j)) + 1e-300));
+  }
+  if (coupled > 1e-6 && coupled < 1e6)
+    text += fmt::format("    axes are coupled, by up to {:.3g} of their mean: see the matrix\n",
+                        coupled);
+  out["order"] = {"x", "y", "rotation"};
+  out["damping_matrix"] = rows_of(m.mean_damping);
+  out["inertia_matrix"] = rows_of(m.inertia);
+  return out;
+}
+
 ordered_json felt(const AnalyzedScene& s, std::string& text) {
   ordered_json out;
   for (std::size_t u = 0; u < s.scene.users.size(); ++u) {
@@ -135,6 +193,12 @@ ordered_json felt(const AnalyzedScene& s, std::string& text) {
                                                                   {"alone", &alone}};
     for (const auto& [what, which] : hands) {
       const analysis::LiftedSystem system = which->lift();
+      if (s.scene.space == core::Space::kPlane) {
+        const auto axes = analysis::grasp_axes(system, which->scene, static_cast<int>(u), 0);
+        out[user][what] =
+            felt_axes(analysis::felt_motion(system, axes), axes, "user " + user + " " + what, text);
+        continue;
+      }
       const analysis::ForcePort& port =
           analysis::port_named(system, user + "." + s.scene.users[u].fingers[0].name);
       if (system.grounded) {
@@ -176,9 +240,12 @@ void point(const AnalyzeOptions& o) {
       s.scene.name, o.delay_packets, judged.stable() ? "stable" : "NOT stable", judged.radius,
       loop.radius, system.states(),
       judged.removed.empty() ? "nothing" : fmt::format("{}", fmt::join(judged.removed, ", ")));
+  if (judged.removed.size() > loop.removed.size())
+    text += "  (its finite differences do not tell free drift from an eigenvalue of one)\n";
   text += s.assumed();
   json["modes"] = modes_of(system, judged, text);
-  if (s.scene.space == core::Space::kAxis) json["felt"] = felt(s, text);
+  text += s.grasp();
+  json["felt"] = felt(s, text);
   json["gains"] = gain_margins(s, text);
   if (s.scene.architecture != core::Architecture::kSingle)
     json["delay_left_ticks"] = delay_margin(s, o.delay_packets, text);
@@ -188,10 +255,8 @@ void point(const AnalyzeOptions& o) {
 
 void damping(const AnalyzeOptions& o) {
   const AnalyzedScene s = o.load();
-  if (s.scene.space != core::Space::kAxis)
-    throw CLI::ValidationError("--scene", "only axis scenes have one damping");
-  std::string text =
-      fmt::format("{}, round trip {:.6g} packets\n{}", s.scene.name, o.delay_packets, s.assumed());
+  std::string text = fmt::format("{}, round trip {:.6g} packets\n{}{}", s.scene.name,
+                                 o.delay_packets, s.assumed(), s.grasp());
   ordered_json json;
   json["scene"] = s.scene.name;
   json["delay_packets"] = o.delay_packets;
@@ -202,6 +267,15 @@ void damping(const AnalyzeOptions& o) {
   if (analysis::why_not_resampled(simple.scene, simple.network).empty() &&
       simple.scene.walls.empty()) {
     const analysis::LiftedSystem system = simple.lift();
+    if (s.scene.space == core::Space::kPlane) {
+      const auto axes = analysis::object_axes(system, simple.scene, 0);
+      json["simplified"] = {
+          {"on every copy", felt_axes(analysis::felt_motion(system, axes), axes,
+                                      "the simplified model, force on every copy,", text)}};
+      if (!o.json.to_stdout()) fmt::print("{}", text);
+      o.json.write(json);
+      return;
+    }
     std::size_t hands = 0;
     for (const auto& user : s.scene.users) hands += user.fingers.size();
     const analysis::ForcePort first = system.ports.at(hands);
@@ -245,6 +319,8 @@ void add_analyze(CLI::App& app) {
   with_scene("point", "spectral radius, modes, what is felt, and margins of one scene", point);
   with_scene("damping", "drag in free motion (6.2) by a direct solve, both models", damping);
   add_analyze_admittance(*analyze);
+  add_analyze_bounds(*analyze);
+  add_analyze_compensate(*analyze);
   add_analyze_stability(*analyze);
   add_analyze_network(*analyze);
   add_analyze_check(*analyze);

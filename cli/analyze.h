@@ -17,6 +17,7 @@ struct AnalyzedScene {
   /// Resampled where that applies, else measured on the running loop.
   [[nodiscard]] analysis::LiftedSystem lift() const;
   [[nodiscard]] std::string assumed() const;  ///< lines to print
+  [[nodiscard]] std::string grasp() const;    ///< plane: where each finger holds; lines to print
 };
 
 /// What every `tandem analyze` command on one scene takes.
@@ -30,7 +31,21 @@ struct AnalyzeOptions {
   [[nodiscard]] AnalyzedScene load() const;
 };
 
+/// CLI::Range that refuses what is no number too: every comparison with NaN is false.
+[[nodiscard]] inline CLI::Validator between(double low, double high) {
+  return CLI::Validator(
+      [=](std::string& text) {
+        double x = 0.0;
+        if (CLI::detail::lexical_cast(text, x) && x >= low && x <= high) return std::string();
+        return text + " is not between " + CLI::detail::to_string(low) + " and " +
+               CLI::detail::to_string(high);
+      },
+      "FLOAT in [" + CLI::detail::to_string(low) + " - " + CLI::detail::to_string(high) + "]");
+}
+
 void add_analyze_admittance(CLI::App& analyze);
+void add_analyze_bounds(CLI::App& analyze);
+void add_analyze_compensate(CLI::App& analyze);
 void add_analyze_network(CLI::App& analyze);
 void add_analyze_stability(CLI::App& analyze);
 void add_analyze_check(CLI::App& analyze);

@@ -4,10 +4,11 @@
 #include <fmt/format.h>
 
 #include "analysis/drag.h"
-#include "analysis/resampled.h"
+#include "analysis/grasp_response.h"
 #include "analysis/response.h"
 #include "cli/analyze.h"
 #include "cli/commands.h"
+#include "core/plane_body.h"
 
 namespace tandem::cli {
 
@@ -17,7 +18,7 @@ using nlohmann::ordered_json;
 
 struct AdmittanceOptions {
   AnalyzeOptions common;
-  std::string user, csv;
+  std::string user, csv, axis = "x";
   double from = 0.1, to = 0.0;
   int count = 60;
   bool alone = false, position = false;
@@ -25,11 +26,17 @@ struct AdmittanceOptions {
 
 void run(const AdmittanceOptions& o) {
   AnalyzedScene s = o.common.load();
-  if (s.scene.space != core::Space::kAxis)
-    throw CLI::ValidationError("--scene", "only axis scenes have one admittance");
+  const bool plane = s.scene.space == core::Space::kPlane;
+  if (!plane && o.axis != "x")
+    throw CLI::ValidationError("--axis", o.axis + ": a scene with space AXIS has only x");
+  const bool turns = o.axis == "rotation";
   const std::string user = o.user.empty() ? s.scene.users[0].name : o.user;
   const int index = core::index_of(s.scene.users, user);
-  if (index < 0) throw CLI::ValidationError("--user", "no user " + user);
+  if (index < 0) {
+    std::string known;
+    for (const auto& u : s.scene.users) known += (known.empty() ? "" : ", ") + u.name;
+    throw CLI::ValidationError("--user", "no user " + user + "; there are: " + known);
+  }
   if (o.alone) s.scene = analysis::with_one_hand(s.scene, user);
   const analysis::LiftedSystem system = s.lift();
   constexpr double kPi = 3.14159265358979323846;
@@ -40,24 +47,37 @@ void run(const AdmittanceOptions& o) {
         "--to", fmt::format("from {} to {} rad/s: must go up and stay below {:.6g}, half the "
                             "packet rate",
                             o.from, to, nyquist));
-  const analysis::ForcePort& port = analysis::port_named(
-      system, user + "." + s.scene.users[static_cast<std::size_t>(index)].fingers[0].name);
+  const std::vector<analysis::GraspAxis> axes =
+      plane ? analysis::grasp_axes(system, s.scene, index, 0) : std::vector<analysis::GraspAxis>{};
+  const auto response = [&](double w) {
+    if (plane)
+      return analysis::admittance(system, axes[turns ? 2 : o.axis == "y" ? 1 : 0], w, o.position);
+    const auto& first = s.scene.users[static_cast<std::size_t>(index)].fingers[0].name;
+    return analysis::admittance(system, analysis::port_named(system, user + "." + first), w,
+                                o.position);
+  };
+  const core::ObjectParameters& object = s.scene.objects[0];
+  const double inertia =
+      turns ? 1.0 / core::plane_body_parameters(object, 0.0).inverse_inertia : object.mass;
   double wall_k = 0.0, wall_b = 0.0;
   for (const core::WallParameters& wall : s.scene.walls) {
     wall_k += wall.gain.stiffness;
     wall_b += wall.gain.damping;
   }
-  const char* what = o.position ? "X/F [m/N]" : "V/F [m/(N s)]";
+  const char* what =
+      turns ? (o.position ? "angle/torque [rad/(N m)]" : "turning/torque [rad/(N m s)]")
+            : (o.position ? "X/F [m/N]" : "V/F [m/(N s)]");
   std::string text = fmt::format(
-      "{}, round trip {:.6g} packets, user {}{}: {}, force held and motion sampled once a packet\n"
-      "{}       rad/s    magnitude  phase [deg]   ideal: mass{}\n",
-      s.scene.name, o.common.delay_packets, user, o.alone ? " alone" : "", what, s.assumed(),
-      wall_k > 0.0 ? " at the wall" : "");
+      "{}, round trip {:.6g} packets, user {}{}, {}: {}, force held and motion sampled once a "
+      "packet\n{}{}       rad/s    magnitude  phase [deg]   ideal: mass{}\n",
+      s.scene.name, o.common.delay_packets, user, o.alone ? " alone" : "", o.axis, what,
+      s.assumed(), s.grasp(), wall_k > 0.0 ? " at the wall" : "");
   std::string csv = "omega_rad_s,magnitude,phase_deg,ideal_magnitude,ideal_phase_deg\n";
   ordered_json json;
   json["scene"] = s.scene.name;
   json["delay_packets"] = o.common.delay_packets;
   json["user"] = user;
+  json["axis"] = o.axis;
   json["alone"] = o.alone;
   json["response"] = what;
   json["stable"] = analysis::judge(system).stable();
@@ -66,9 +86,9 @@ void run(const AdmittanceOptions& o) {
   json["rows"] = ordered_json::array();
   for (int i = 0; i < o.count; ++i) {
     const double w = o.from * std::pow(to / o.from, o.count == 1 ? 0.0 : i / (o.count - 1.0));
-    const auto g = analysis::admittance(system, port, w, o.position);
+    const auto g = response(w);
     const std::complex<double> jw(0.0, w);
-    const auto x = 1.0 / (jw * jw * s.scene.objects[0].mass + jw * wall_b + wall_k);
+    const auto x = 1.0 / (jw * jw * inertia + jw * wall_b + wall_k);
     const auto ideal = o.position ? x : x * jw;
     const double phase = std::arg(g) * 180.0 / kPi, ideal_phase = std::arg(ideal) * 180.0 / kPi;
     text += fmt::format("{:12.6g} {:12.6g} {:9.2f}   {:12.6g} {:9.2f}\n", w, std::abs(g), phase,
@@ -93,17 +113,21 @@ void add_analyze_admittance(CLI::App& analyze) {
   auto o = std::make_shared<AdmittanceOptions>();
   o->common.add(*command);
   command->add_option("--user", o->user, "whose hand; default: the first user's");
+  command->add_option("--axis", o->axis, "in a plane: x, y (shared by the fingers) or rotation")
+      ->check(CLI::IsMember({"x", "y", "rotation"}))
+      ->capture_default_str();
   command->add_flag("--alone", o->alone, "the other hands do not touch (thesis chapter 6)");
   command->add_flag("--position", o->position, "X/F instead of V/F (Fig 6.5)");
   command->add_option("--from", o->from, "lowest frequency [rad/s]")
-      ->check(CLI::Range(1e-9, 1e9))
+      ->check(between(1e-9, 1e9))
       ->capture_default_str();
   command->add_option("--to", o->to, "highest [rad/s]; default just below half the packet rate")
-      ->check(CLI::Range(1e-9, 1e9));
+      ->check(between(1e-9, 1e9));
   command->add_option("--count", o->count, "frequencies, evenly on a logarithmic scale")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  command->add_option("--csv", o->csv, "write the response to this file");
+  command->add_option("--csv", o->csv, "write the response to this file")
+      ->check(writable_file, "", "writable");
   command->callback([o] {
     try {
       run(*o);

@@ -41,12 +41,19 @@ Varied parse(const core::Scene& scene, const std::string& text) {
   analysis::Axis axis;
   char rest = 0;
   const std::string range = text.substr(equal + 1);
+  long long cells = axis.count;  // wider than int: an absurd number is to be refused, not wrapped
   const int read =
-      std::sscanf(range.c_str(), "%lf:%lf:%d%c", &axis.from, &axis.to, &axis.count, &rest);
+      std::sscanf(range.c_str(), "%lf:%lf:%19lld%c", &axis.from, &axis.to, &cells, &rest);
   if (read != 2 && read != 3) bad("the range is FROM:TO or FROM:TO:CELLS");
   if (!(axis.from < axis.to) || !(axis.from >= 0.0) || !(axis.to < 1e12))
     bad("the range must go up, from 0 or more to less than 10^12");
-  if (axis.count < 1 || axis.count > 20000) bad("1 to 20000 cells");
+  if (cells < 1 || cells > 20000) bad("1 to 20000 cells");
+  axis.count = static_cast<int>(cells);
+  const std::string fields = text.substr(0, equal);
+  if (axis.from == 0.0 &&
+      (fields.find(".mass") != std::string::npos || fields.find(".inertia") != std::string::npos))
+    bad("a mass is above 0: start the range above it, for example at " +
+        fmt::format("{:g}", 1e-3 * axis.to));
   try {
     return {analysis::Knob(scene, text.substr(0, equal)), axis};
   } catch (const std::invalid_argument& e) {
@@ -141,7 +148,17 @@ void run(const StabilityOptions& o) {
   const AnalyzedScene s = o.common.load();
   const Varied first = parse(s.scene, o.vary.at(0));
   if (o.vary.size() == 1) return intervals(o, s, first);
-  map(o, s, first, parse(s.scene, o.vary.at(1)));
+  const Varied second = parse(s.scene, o.vary.at(1));
+  const double cells = 1.0 * first.axis.count * second.axis.count;
+  constexpr double kMost = 1e8;  // a byte each, and more than a day on one core
+  if (cells > kMost)
+    throw CLI::ValidationError(
+        "--vary", fmt::format("{} times {} cells are {:.3g}, more than {:g}: take fewer; the "
+                              "boundary is exact whatever their number",
+                              first.axis.count, second.axis.count, cells, kMost));
+  if (first.knob.name() == second.knob.name())
+    throw CLI::ValidationError("--vary", first.knob.name() + " is varied along both axes");
+  map(o, s, first, second);
 }
 
 }  // namespace
@@ -158,7 +175,8 @@ void add_analyze_stability(CLI::App& analyze) {
       ->required()
       ->expected(1, 2)
       ->allow_extra_args(false);
-  command->add_option("--csv", o->csv, "write intervals or boundary segments to this file");
+  command->add_option("--csv", o->csv, "write intervals or boundary segments to this file")
+      ->check(writable_file, "", "writable");
   command->add_option("--threads", o->threads, "threads of a map; 0: one a core")
       ->check(CLI::Range(0, 1024));
   command->callback([o] {

@@ -128,6 +128,13 @@ TEST(Growth, CountsTheVelocityFilterOfTheDevice) {
 }
 
 // Fates of packets change the number of those in flight: refused, never measured beyond the end.
+// 12 / n times the integral of (u - 3/2) ln u from 1 to 2, which is 3/4 - ln 2, n = 6000 periods;
+// the sum is the integral to about one part in n.
+TEST(Growth, OfAFreeDriftIsTheSlopeOfTheLogarithm) {
+  const double expected = 12.0 * (0.75 - std::log(2.0)) / 6000.0;
+  EXPECT_NEAR(std::log(drift_growth({})) / expected, 1.0, 1e-3);
+}
+
 TEST(Growth, RefusesANetworkWithFates) {
   const core::Scene scene = scene::load_scene("axis_distributed");
   core::NetworkModel network;

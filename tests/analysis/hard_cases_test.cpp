@@ -2,15 +2,13 @@
 
 #include <gtest/gtest.h>
 
-#include "analysis/growth.h"
 #include "analysis/lifted.h"
 #include "analysis/resampled.h"
 #include "analysis/response.h"
 #include "analysis/stability.h"
-#include "analysis/with_loop.h"
+#include "core/random.h"
+#include "core/simulated_hand.h"
 #include "scene/load_scene.h"
-#include "tests/analysis/araki_yamamoto.h"
-#include "tests/analysis/random_scene.h"
 
 namespace tandem::analysis {
 namespace {
@@ -34,86 +32,6 @@ double farthest(const Judgement& a, const Judgement& b) {
     worst = std::max(worst, nearest);
   }
   return worst;
-}
-
-// Road (b) against road (a), N in {2, 3, 8}, d = 0..3. The reference analysis saw up to 7e-12
-// between its own roads: (I - D F) is ill-conditioned (H6).
-TEST(Roads, ArakiYamamotoHasTheEigenvaluesOfTheResampledMap) {
-  core::Random random(3);
-  for (const int N : {2, 3, 8})
-    for (int d = 0; d < 4; ++d)
-      for (int plant = 0; plant < 3; ++plant) {
-        const std::string rate = "rates.packet_hz=" + std::to_string(1024.0 / N);
-        core::Scene c = edited("axis_central", {rate});
-        core::Scene s = edited("axis_distributed", {rate});
-        for (core::Scene* scene : {&c, &s})
-          for (auto& coupler : scene->couplers)
-            coupler.gain = {random.uniform(50.0, coupler.name == "k2" ? 300.0 : 2500.0),
-                            random.uniform(2.0, 15.0)};
-        const auto g = [](const core::Scene& scene, const char* name) {
-          return scene.couplers.at(core::index_of(scene.couplers, name)).gain;
-        };
-        const auto pull = [](Eigen::MatrixXd& f, int on, int at, core::Gain k, double sign) {
-          f(on, 2 * at) += sign * k.stiffness;
-          f(on, 2 * at + 1) += sign * k.damping;
-        };
-        tests::MultiRate p;
-        p.N = N;
-        p.d = d;
-        p.masses = {0.1, 0.4, 0.1};  // hand 1, object, hand 2
-        p.fast = p.held = p.late = p.slow = Eigen::MatrixXd::Zero(3, 6);
-        const core::Gain k1 = g(c, "k1"), k2 = g(c, "k2");
-        pull(p.fast, 0, 0, k1, -1), pull(p.fast, 0, 1, k1, 1);
-        pull(p.fast, 1, 0, k1, 1), pull(p.fast, 1, 1, k1, -1), pull(p.fast, 1, 1, k2, -1);
-        pull(p.held, 1, 2, k2, 1);
-        pull(p.slow, 2, 2, k2, -1), pull(p.slow, 2, 1, k2, 1);
-        EXPECT_LT(farthest(judge(resampled_system(c, round_trip(c, d))), judge(araki_yamamoto(p))),
-                  1e-10)
-            << "central N " << N << " d " << d;
-
-        p.masses = {0.1, 0.4, 0.1, 0.4};  // hand and copy of user 1, of user 2
-        p.fast = p.held = p.late = p.slow = Eigen::MatrixXd::Zero(4, 8);
-        const char* own[] = {"k11", "k22"};
-        const char* cross[] = {"k12", "k21"};
-        const char* copy[] = {"ko1", "ko2"};
-        for (int u = 0; u < 2; ++u) {
-          const int h = 2 * u, o = h + 1, other = 2 - 2 * u;
-          const core::Gain a = g(s, own[u]), b = g(s, cross[u]), k = g(s, copy[u]);
-          pull(p.fast, h, h, a, -1), pull(p.fast, h, o, a, 1);
-          pull(p.fast, o, h, a, 1), pull(p.fast, o, o, a, -1);
-          pull(p.fast, o, o, b, -1), pull(p.fast, o, o, k, -1);
-          Eigen::MatrixXd& far = u == 0 ? p.held : p.late;  // all delay on link 1 to 2
-          pull(far, o, other, b, 1), pull(far, o, other + 1, k, 1);
-        }
-        EXPECT_LT(farthest(judge(resampled_system(s, round_trip(s, d))), judge(araki_yamamoto(p))),
-                  1e-10)
-            << "distributed N " << N << " d " << d;
-      }
-}
-
-// Growth on the running loop has the sign the prediction says, at a thousand random points outside
-// |rho - 1| < 1e-4. The slope over the periods run is exact to a tenth of that distance.
-TEST(Roads, TheRunningLoopGrowsWhereThePredictionSaysSo) {
-  core::Random random(21);
-  int points = 0, unstable = 0;
-  while (points < 1000) {
-    const tests::RandomScene s = tests::random_scene(random, 2);
-    const Judgement judged = judge(resampled_system(s.scene, s.network));
-    const double away = std::abs(judged.radius - 1.0);
-    // Where uniform motion is kept the loop's deviation drifts on by it: growth is one.
-    if (away < 1e-4 || judged.removed.size() > 1) continue;
-    ++points;
-    unstable += judged.radius > 1.0 ? 1 : 0;
-    GrowthOptions options;
-    options.periods = away > 0.02 ? 400 : away > 2e-3 ? 3000 : 20000;
-    options.fit_from = options.periods / 2;
-    const double grown = with_loop_of<core::AxisWorld>(
-        s.scene, s.network, [&](auto& loop) { return measure_growth(loop, options).per_packet; });
-    EXPECT_EQ(grown > 1.0, judged.radius > 1.0)
-        << s.about << " predicted " << judged.radius << ", grew " << grown;
-  }
-  EXPECT_GT(unstable, 100);
-  EXPECT_LT(unstable, 900);
 }
 
 // H1: hand and object at rest or drifting alike are one double eigenvalue one; both are taken out.
@@ -228,13 +146,147 @@ TEST(HardCases, ScenesThatFallApartAreJudgedPieceByPiece) {
 }
 
 // Dead reckoning takes the drag away at its source (reference analysis, 4.4: |b| < 6e-15); the
-// uniform motion that is kept then must be taken out before judging.
-TEST(HardCases, ExtrapolationIsMeasuredWithItsUniformMotionTakenOut) {
+// uniform motion that is kept then must be taken out before judging. Delays of single ticks too;
+// beyond the horizon only the running loop is asked.
+TEST(HardCases, ExtrapolationIsResampledAndMeasuredWithItsUniformMotionTakenOut) {
+  for (const char* name : {"axis_distributed", "axis_distributed_split", "axis_central"})
+    for (const double d : {0.0, 0.375, 1.0, 2.25}) {
+      const core::Scene scene = edited(name, {"reconstruction.kind=EXTRAPOLATE"});
+      core::NetworkModel network = round_trip(scene, d);
+      network.link[0][1].delay_ticks += 3.0;  // both ways take time
+      network.link[1][core::NetworkModel::kServer].delay_ticks = 5.0;
+      const Judgement measured = judge(measured_system(scene, network));
+      const LiftedSystem system = resampled_system(scene, network);
+      const Judgement resampled = judge(system);
+      EXPECT_EQ(measured.removed, resampled.removed);
+      EXPECT_EQ(measured.removed.size(), 2u) << name << d;
+      EXPECT_LT(farthest(measured, resampled), 1e-10) << name << d;
+      EXPECT_NEAR(free_motion(system, system.ports[1]).mean_damping, 0.0, 1e-10);
+    }
   const core::Scene scene = edited("axis_distributed", {"reconstruction.kind=EXTRAPOLATE"});
-  EXPECT_FALSE(why_not_resampled(scene, {}).empty());
-  const LiftedSystem system = measured_system(scene, round_trip(scene, 1));
-  EXPECT_EQ(judge(system).removed.size(), 2u);
-  EXPECT_NEAR(free_motion(system, system.ports[0]).mean_damping, 0.0, 1e-10);
+  EXPECT_FALSE(why_not_resampled(scene, round_trip(scene, 7)).empty());
+}
+
+// H12: stable, yet a deviation grows tenfold before it dies out; growth is not asked of the first
+// periods. max ||R^k|| of the reference analysis hangs on its scaling; here: it rises, then dies.
+TEST(HardCases, ATransientThatRisesFirstIsStillStable) {
+  core::Scene scene =
+      edited("axis_central", {"coupler.k1.stiffness=20000", "coupler.k2.stiffness=391"});
+  for (auto& c : scene.couplers) c.gain.damping = 10.0;
+  const LiftedSystem system = resampled_system(scene, round_trip(scene, 1));
+  const Judgement judged = judge(system);
+  EXPECT_NEAR(judged.radius, 0.9997, 5e-5);  // printed with four digits
+  const Symmetry& t = system.symmetries[0];
+  double highest = 0.0, last = 0.0;
+  for (int j = 0; j < system.states(); ++j) {
+    std::vector<double> x(system.states(), 0.0);
+    x[j] = system.velocities[j] != 0.0 ? 1.0 / 0.02 : 1.0;  // the reference scales velocity so
+    for (int k = 0; k < 60000; ++k) {
+      x = multiply(system.transition, x);
+      remove(t, x);
+      double size = 0.0;
+      for (int i = 0; i < system.states(); ++i)
+        size = std::max(size, std::abs(x[i]) * (system.velocities[i] != 0.0 ? 0.02 : 1.0));
+      if (k < 10) highest = std::max(highest, size);
+      last = size;
+    }
+    EXPECT_LT(last, 1e-3);
+  }
+  EXPECT_GT(highest, 3.0);
+}
+
+// H13: a mass with a damper so weak that its closed form cancels, (a T - 1 + e^-aT) / a^2 m; the
+// laws' series against 30 digits: T^2 / 2 m (1 - aT / 3 + (aT)^2 / 12 - ...).
+TEST(HardCases, AHandWithAWeakDamperIsSteppedToTheLastDigit) {
+  const double T = 1.0 / 1024.0;
+  for (const double aT : {0.1, 0.01, 1e-4, 1e-6, 1e-8, 1e-10}) {
+    const core::SecondOrderStep s = core::second_order_step(0.0, aT / T, T);
+    long double sum = 0.0L, term = 0.5L;  // sum of (-aT)^n / (n + 2)!
+    for (int n = 0; n < 20; ++n) {
+      sum += term;
+      term *= -static_cast<long double>(aT) / (n + 3);
+    }
+    const double expected = static_cast<double>(sum) * T * T;
+    EXPECT_NEAR(s.b0 / expected, 1.0, 4e-16) << aT;
+  }
+}
+
+// H14: the sign of the net damping where compensation nearly cancels it: simplified model, Table
+// 8.2, one packet of round trip; rho - 1 and net damping by 50-digit arithmetic.
+TEST(HardCases, CompensationAtTheMarginHasTheRightSign) {
+  core::Scene scene = edited("axis_distributed", {});
+  for (auto& c : scene.couplers) c.gain = c.user.empty() ? core::Gain{400.0, 8.0} : core::Gain{};
+  const struct {
+    double bc, net, rho;
+  } rows[] = {{2.9, 0.0700493737536, -0.00122337673308},
+              {2.97, 4.57264994644e-5, -7.99082320127e-7},
+              {2.97004, 5.72441481408e-6, -1.00035654058e-7},
+              {2.970045, 7.24154232742e-7, -1.26547861838e-8},
+              {2.9700457, 2.41177513548e-8, -4.21464067612e-10},
+              {2.97004573, -5.88381213329e-9, 1.0282116931e-10},
+              {2.970046, -2.75897883526e-7, 4.82138831407e-9},
+              {2.97005, -4.2761063486e-6, 7.47260893826e-8},
+              {2.98, -0.00995479468108, 0.000173977908057},
+              {3.0, -0.0299558371503, 0.000523624214997}};
+  for (const auto& row : rows) {
+    scene.objects[0].compensation = row.bc;
+    const LiftedSystem system = resampled_system(scene, round_trip(scene, 1));
+    const Judgement judged = judge(system);
+    // Doubles know the matrix to 1e-16, rho to some 1e-14 of it.
+    EXPECT_NEAR(judged.radius - 1.0, row.rho, 2e-14 + 1e-9 * std::abs(row.rho)) << row.bc;
+    EXPECT_EQ(judged.stable(), row.net > 0.0) << row.bc;
+    const ForcePort both = joined(system.ports[2], system.ports[3]);
+    EXPECT_NEAR(free_motion(system, both).mean_damping, row.net, 1e-11) << row.bc;
+  }
+}
+
+// H15: long chains of packets in flight (Table 6.1).
+TEST(HardCases, LongDelaysHaveTheReferencesRadii) {
+  const core::Scene scene = edited("axis_distributed", {});
+  const std::pair<int, double> expected[] = {
+      {1, 0.932413}, {10, 1.039145}, {20, 1.036817}, {40, 1.023804}};
+  for (const auto& [d, rho] : expected) {
+    EXPECT_NEAR(judge(resampled_system(scene, round_trip(scene, d))).radius, rho, 6e-7) << d;
+    EXPECT_NEAR(judge(measured_system(scene, round_trip(scene, d))).radius, rho, 6e-7) << d;
+  }
+}
+
+// H5: single mass on the stiff wall, k_w = 30000 with m = 0.01: stable for b_w between k_w T / 2 =
+// 14.648 and 2 m / T = 20.48; radii of the reference analysis for b_w = 20, 21, 10, a tick.
+TEST(HardCases, ALightMassOnAStiffWallIsStableInItsNarrowBand) {
+  core::Scene scene = edited("axis_single", {"object.box.mass=0.01"});
+  scene.rates.packet_hz = 1024.0;
+  scene.couplers[0].gain = {};
+  core::WallParameters wall;
+  wall.name = "wall";
+  wall.normal = core::Vec3(-1, 0, 0);
+  wall.attached = true;
+  wall.gain = {30000.0, 20.0};
+  scene.walls.push_back(wall);
+  const auto largest = [&](double b) {
+    scene.walls[0].gain.damping = b;
+    double rho = 0.0;  // the free hand beside it is a piece of its own, at one
+    for (const auto& z : judge(resampled_system(scene, {})).eigenvalues)
+      if (std::abs(z - 1.0) > 1e-6) rho = std::max(rho, std::abs(z));
+    return rho;
+  };
+  EXPECT_NEAR(largest(20.0), 0.726833, 6e-7);
+  EXPECT_NEAR(largest(21.0), 1.151532, 6e-7);
+  EXPECT_NEAR(largest(10.0), 1.205798, 6e-7);
+  const double T = scene.tick();
+  EXPECT_LT(largest(0.5 * 30000.0 * T + 1e-4), 1.0);
+  EXPECT_GT(largest(0.5 * 30000.0 * T - 1e-4), 1.0);
+}
+
+// A sign error of (4.26) left as printed makes a scene look better than stable (reference analysis,
+// section 2): a map that does not keep its translation is refused, not judged.
+TEST(HardCases, AMapThatBreaksItsTranslationIsRefused) {
+  const core::Scene scene = edited("axis_distributed", {});
+  LiftedSystem system = resampled_system(scene, {});
+  system.transition(1, 0) *= 1.001;  // a coupler stiffer seen from one side
+  EXPECT_THROW((void)judge(system), std::domain_error);
+  system.grounded = true;  // with a spring to the ground that is as it should be
+  EXPECT_NO_THROW((void)judge(system));
 }
 
 }  // namespace

@@ -123,6 +123,52 @@ TEST(BadInput, WhatCannotBeWrittenAtTheEndIsRefusedAtTheStart) {
                  {"/no/such/hand.csv", "cannot be read"});
 }
 
+/// tandem analyze COMMAND --scene SCENE ...
+std::vector<std::string> analyze(const char* command, const char* scene,
+                                 std::vector<std::string> more) {
+  std::vector<std::string> all{"analyze", command, "--scene", scene};
+  all.insert(all.end(), more.begin(), more.end());
+  return all;
+}
+
+TEST(BadInput, AnalysisNamesFieldAndRange) {
+  const std::string mass = "object.box.mass";
+  for (const char* command : {"point", "damping", "bounds", "compensate"}) {
+    expect_refused(analyze(command, "axis_single", {"--set", mass + "=0"}), {mass, "above 0"}, 2);
+    expect_refused(analyze(command, "axis_single", {"--set", mass + "=nan"}), {mass}, 2);
+    expect_refused(analyze(command, "axis_single", {"--delay-packets", "nan"}),
+                   {"--delay-packets", "nan", "60"}, 2);
+    expect_refused(analyze(command, "space_box", {}), {"SPACE"});
+  }
+  const auto vary = [&](const std::string& text, const std::vector<std::string>& words) {
+    expect_refused(analyze("stability", "axis_distributed", {"--vary", text}), words, 2);
+  };
+  vary("coupler.k11.stiffness=5:1", {"k11", "go up"});
+  vary("coupler.k11.stiffness=1:1", {"go up"});
+  vary("coupler.k11.stiffness=nan:1", {"go up"});
+  vary("coupler.k11.stiffness=-1:1", {"from 0"});
+  vary("coupler.k11.stiffness=0:1:0", {"1 to 20000"});
+  vary("coupler.k11.stiffness=0:1:99999999999999", {"1 to 20000"});
+  vary("coupler.k11.stiffness", {"FROM:TO"});
+  vary("coupler.nobody.stiffness=0:1", {"nobody", "k11", "ko2"});
+  vary("coupler.k11.colour=0:1", {"colour", "stiffness, damping"});
+  vary("object.box.mass=0:1", {"above 0", "0.001"});
+  expect_refused(analyze("stability", "axis_distributed",
+                         {"--vary", "coupler.k11.stiffness=0:1:20000", "--vary",
+                          "coupler.k22.stiffness=0:1:20000"}),
+                 {"20000 times 20000", "take fewer"}, 2);
+  expect_refused(analyze("admittance", "axis_central", {"--user", "3"}), {"3", "1, 2"}, 2);
+  expect_refused(analyze("admittance", "axis_central", {"--axis", "y"}), {"--axis", "only x"}, 2);
+  expect_refused(analyze("admittance", "axis_central", {"--from", "nan"}), {"--from", "nan"}, 2);
+  expect_refused(analyze("compensate", "axis_distributed", {"--leave", "1.5"}), {"--leave"}, 2);
+  expect_refused(analyze("bounds", "axis_single", {"--device-damping", "-1"}), {"--device-damping"},
+                 2);
+  expect_refused(analyze("bounds", "axis_single", {"--csv", "/no/such/folder/x.csv"}),
+                 {"/no/such/folder"}, 2);
+  expect_refused(analyze("compensate", "box_central_table_8_1", {"--delay-packets", "1"}),
+                 {"unstable without compensation"});
+}
+
 TEST(BadInput, ASignalToTheDemoEndsEverythingItStarted) {
   Program demo({"demo", "--arch", "distributed", "--seconds", "60", "--out", scratch("ended")});
   // Past the start: the nodes run, and cyclictest beside them if it is there.

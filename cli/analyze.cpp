@@ -240,6 +240,7 @@ void add_analyze(CLI::App& app) {
   with_scene("damping", "drag in free motion (6.2) by a direct solve, both models", damping);
   add_analyze_admittance(*analyze);
   add_analyze_stability(*analyze);
+  add_analyze_sweep(*analyze);
   add_analyze_check(*analyze);
 }
 

@@ -31,6 +31,7 @@ struct AnalyzeOptions {
 
 void add_analyze_admittance(CLI::App& analyze);
 void add_analyze_stability(CLI::App& analyze);
+void add_analyze_sweep(CLI::App& analyze);
 void add_analyze_check(CLI::App& analyze);
 
 }  // namespace tandem::cli

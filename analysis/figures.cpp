@@ -118,14 +118,20 @@ MapPlan map_plan(const std::string& figure) {
 Region region(const MapPlan& plan, const Scene& scene, double round_trip, int threads,
               const std::function<bool(int, int)>& progress) {
   const Knob x(scene, plan.x_field), y(scene, plan.y_field);
-  StabilityJudge judge(scene, links(scene, round_trip));
+  const StabilityJudge judge(scene, links(scene, round_trip));
+  ThreadedRunner cells(threads, [&](std::int64_t done, std::int64_t all) {
+    return !progress || progress(static_cast<int>(done), static_cast<int>(all));
+  });
+  ThreadedRunner squares(threads);
   Region out;
   out.round_trip = round_trip;
   out.road = judge.road();
-  out.map = stability_map(judge, scene, x, plan.across, y, plan.up, threads, progress);
+  out.map = stability_map(judge, scene, x, plan.across, y, plan.up, cells);
   Axis across = plan.across, up = plan.up;
   across.count = up.count = 16;
-  out.boundary = stability_boundary(judge, scene, x, across, y, up, 3);
+  BoundaryOptions fine;
+  fine.levels = 3;
+  out.boundary = stability_boundary(judge, scene, x, across, y, up, squares, fine).segments;
   return out;
 }
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "analysis/boundary.h"
 #include "analysis/experiments.h"
-#include "analysis/stability.h"
 
 /// The figures of chapters 5 and 6 of the thesis, from the shipped scenes and the edits its text
 /// names. Nothing here is typed in that a scene or an edit can say.

@@ -1,8 +1,8 @@
+#include "analysis/knob.h"
+
 #include <algorithm>
 #include <sstream>
 #include <stdexcept>
-
-#include "analysis/stability.h"
 
 namespace tandem::analysis {
 

@@ -5,17 +5,6 @@
 
 namespace tandem::analysis {
 
-Matrix product(const Matrix& a, const Matrix& b) {
-  Matrix c(a.rows, b.cols);
-  for (int i = 0; i < a.rows; ++i)
-    for (int k = 0; k < a.cols; ++k) {
-      const double x = a(i, k);
-      if (x == 0.0) continue;
-      for (int j = 0; j < b.cols; ++j) c(i, j) += x * b(k, j);
-    }
-  return c;
-}
-
 namespace {
 
 Matrix identity(int n) {

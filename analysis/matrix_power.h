@@ -4,8 +4,6 @@
 
 namespace tandem::analysis {
 
-[[nodiscard]] Matrix product(const Matrix& a, const Matrix& b);
-
 /// A^n and I + A + ... + A^(n-1), both times 2^-scale, by doubling: never by (A - I)^-1, which free
 /// motion makes singular. The scale is not zero only where doubles would overflow.
 struct Power {

@@ -1,11 +1,11 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "analysis/knob.h"
+#include "analysis/sweep.h"
 #include "analysis/two_sites.h"
 #include "core/network_model.h"
 #include "core/scene.h"
@@ -13,34 +13,6 @@
 /// Where a scene is stable, as a function of its numbers. Regions need be neither convex nor
 /// connected, so nothing here is found by a bisection alone.
 namespace tandem::analysis {
-
-/// Sets one or several numbers of a scene alike: "coupler.k12.stiffness,coupler.k21.stiffness".
-/// Fields: coupler.NAME.stiffness|damping and, in a plane, their normal., tangential. and rotation.
-/// kinds (normal. and linear. are the first), object.NAME.mass|inertia|compensation|
-/// compensation_rotation, user.NAME.mass, wall.NAME.stiffness|damping. coupler.*.stiffness|damping
-/// is a factor on all of them, in every direction.
-class Knob {
- public:
-  /// Throws std::invalid_argument naming the field and what there is.
-  Knob(const core::Scene& scene, const std::string& fields);
-  void set(core::Scene& scene, double value) const {
-    for (const Place& place : places_) *place.at(scene) = value * place.unit;
-  }
-  [[nodiscard]] double value(core::Scene& scene) const {
-    return *places_.front().at(scene) / places_.front().unit;
-  }
-  [[nodiscard]] const std::string& name() const { return name_; }
-
- private:
-  struct Place {
-    std::function<double*(core::Scene&)> at;
-    double unit = 1.0;
-  };
-  void add_coupler(const core::Scene& scene, const std::string& field, const std::string& name,
-                   const std::string& what);
-  std::string name_;
-  std::vector<Place> places_;
-};
 
 /// Judges edits of one scene: by the Routh test where the scene has its form, else by eigenvalues
 /// of the resampled map, else of the measured one. Copies may work side by side.
@@ -50,8 +22,12 @@ class StabilityJudge {
 
   /// Positive: stable. Smooth near zero. Its sign is checked by eigenvalues where it is close.
   [[nodiscard]] double margin(const core::Scene& scene);
+  /// The same without that check, right to rounding, and what may be zero at the boundary.
+  [[nodiscard]] SitesMargin rough_margin(const core::Scene& scene);
   /// Deflated spectral radius over a packet period, by eigenvalues.
   [[nodiscard]] double radius(const core::Scene& scene);
+  /// The same of the map measured on the running loop, the judge of last resort.
+  [[nodiscard]] double radius_on_the_loop(const core::Scene& scene) const;
   /// How margin() judges: "routh", "resampled", "measured".
   [[nodiscard]] const char* road() const;
   [[nodiscard]] std::int64_t evaluations() const { return evaluations_; }
@@ -87,32 +63,33 @@ struct Axis {
   [[nodiscard]] double centre(int i) const { return from + (i + 0.5) * (to - from) / count; }
 };
 
+/// What judging some points again on the running loop gave.
+struct LoopCheck {
+  std::int64_t points = 0;
+  std::int64_t differ = 0;          ///< verdicts that differ where |rho - 1| >= 1e-9
+  double largest_difference = 0.0;  ///< of the two spectral radii, relative where above one
+
+  void add(double road, double loop, bool said_stable);
+};
+
 struct StabilityMap {
   std::vector<std::uint8_t> stable;  ///< x + count_x * y
   std::int64_t count = 0;
-  double least_distance = 0.0;  ///< smallest |rho - 1| looked at; only with `radii`
-  int rows_apart = 0;           ///< rows (constant x, along y) with more than one interval
-  int columns_apart = 0;        ///< the other way
+  int rows_apart = 0;     ///< rows (constant x, along y) with more than one interval
+  int columns_apart = 0;  ///< the other way
+  LoopCheck check;
 };
 
-/// `progress(done, all)` after each row; returning false stops the map (std::runtime_error).
+/// Every cell judged at its centre. One point in `check_every` is judged again on the running loop;
+/// 0: none, nor where the map is measured there anyway. Stage "map" of the runner.
 [[nodiscard]] StabilityMap stability_map(const StabilityJudge& judge, const core::Scene& scene,
                                          const Knob& x, const Axis& across, const Knob& y,
-                                         const Axis& up, int threads = 1,
-                                         const std::function<bool(int, int)>& progress = {});
-
-/// A piece of the boundary between stable and unstable, both ends exact.
-struct Segment {
-  double x0, y0, x1, y1;
-};
-
-/// The boundary in [x.from, x.to] x [y.from, y.to] as segments whose ends are on it to `tolerance`
-/// relative. Squares are refined only where the boundary is or may be: the cost follows the
-/// boundary. A range from zero is followed from a ten-thousandth of its end. `across.count`,
-/// `up.count`: squares of the coarse grid; each is halved `levels` times.
-[[nodiscard]] std::vector<Segment> stability_boundary(StabilityJudge& judge, core::Scene scene,
-                                                      const Knob& x, const Axis& across,
-                                                      const Knob& y, const Axis& up, int levels = 1,
-                                                      double tolerance = 1e-6);
+                                         const Axis& up, SweepRunner& runner, int check_every = 0);
+/// The same on this thread, unchecked.
+[[nodiscard]] StabilityMap stability_map(const StabilityJudge& judge, const core::Scene& scene,
+                                         const Knob& x, const Axis& across, const Knob& y,
+                                         const Axis& up);
+/// Bytes such a map takes.
+[[nodiscard]] std::size_t map_memory(const Axis& across, const Axis& up);
 
 }  // namespace tandem::analysis

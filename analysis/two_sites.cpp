@@ -137,11 +137,24 @@ Polynomial numerator(const Carried<n>& site, const double (&c)[n], const Polynom
   return p;
 }
 
-/// Smallest entry of Routh's first column of p under w = s / (1 - s / 2), each against what was
-/// subtracted to get it. Positive: all roots of p inside |1 + w| < 1.
-double routh_margin(const Polynomial& p) noexcept {
+/// Routh's first column of p under w = s / (1 - s / 2). Entries against what was subtracted to get
+/// them; all positive: all roots of p inside |1 + w| < 1.
+///
+/// A root leaves where one of three entries is zero: the last but one (a pair on the circle), the
+/// last (at z = 1), the first (at z = -1). Those are smooth there; what the others do once one of
+/// them is negative says nothing about how far it is. The last but one has poles nearby; its
+/// product with those above it, Hurwitz' determinant, is a polynomial of the coefficients.
+struct Routh {
+  double pair = 1.0, at_one = 1.0, at_minus_one = 1.0;
+  double determinant = 1.0;
+  bool stable = true;
+  double nearest = 1.0;  ///< smallest entry, without its sign
+};
+
+Routh routh(const Polynomial& p) noexcept {
   const int m = p.degree;
-  if (m == 0) return 1.0;
+  Routh out;
+  if (m == 0) return out;
   double r[kMaxDegree + 1] = {};
   for (int k = 0; k <= m; ++k)
     for (int j = 0; j <= m - k; ++j) r[k + j] += p.c[k] * kBinomials.half[m - k][j];
@@ -150,11 +163,15 @@ double routh_margin(const Polynomial& p) noexcept {
     sum += r[k];
     largest = std::max(largest, std::abs(r[k]));
   }
-  if (!(largest > 0.0) || !std::isfinite(largest)) return -1.0;
+  if (!(largest > 0.0) || !std::isfinite(largest)) return {-1.0, -1.0, -1.0, -1.0, false, 1.0};
   const double sign = sum < 0.0 ? -1.0 : 1.0;
-  for (int k = 0; k <= m; ++k) r[k] *= sign;
+  for (int k = 0; k <= m; ++k) r[k] *= sign / largest;
   // s is per packet period and of order one; r[m] and r[0] vanish with a root at z = -1 and z = 1.
-  double least = std::min({r[m], r[m - 1], r[0]}) / largest;
+  out.at_minus_one = r[m];
+  out.at_one = r[0];
+  out.pair = out.determinant = r[m - 1];
+  out.stable = r[m] > 0.0 && r[m - 1] > 0.0 && r[0] > 0.0;
+  out.nearest = std::min({std::abs(r[m]), std::abs(r[m - 1]), std::abs(r[0])});
   double above[kMaxDegree / 2 + 2] = {}, row[kMaxDegree / 2 + 2] = {};
   int length = 0;
   for (int k = m, i = 0; k >= 0; k -= 2, ++i) {
@@ -163,18 +180,37 @@ double routh_margin(const Polynomial& p) noexcept {
     length = i + 1;
   }
   for (int step = 2; step <= m; ++step) {
-    if (row[0] == 0.0) return -1e-300;
+    if (row[0] == 0.0) return {-1e-300, out.at_one, out.at_minus_one, 0.0, false, 0.0};
     const double f = above[0] / row[0];
     for (int i = 0; i + 1 < length; ++i) {
       const double subtracted = f * row[i + 1], next = above[i + 1] - subtracted;
-      if (i == 0) least = std::min(least, next / (std::abs(above[1]) + std::abs(subtracted)));
+      if (i == 0) {
+        const double entry = next / (std::abs(above[1]) + std::abs(subtracted));
+        out.stable = out.stable && entry > 0.0;
+        out.nearest = std::min(out.nearest, std::abs(entry));
+        if (step == m - 1) out.pair = entry;
+        if (step < m) out.determinant *= next;
+      }
       above[i] = row[i];
       row[i] = next;
     }
     above[length - 1] = row[length - 1];
     row[length - 1] = 0.0;
   }
-  return least;
+  return out;
+}
+
+/// `offset`: which of two polynomials of one scene this is, both of which have to be stable.
+void judge_polynomial(const Polynomial& p, int offset, SitesMargin& out) noexcept {
+  const Routh r = routh(p);
+  const double least = std::min({r.pair, r.at_one, r.at_minus_one});
+  out.critical[offset] = r.determinant;
+  out.critical[offset + 1] = r.at_one;
+  out.critical[offset + 2] = r.at_minus_one;
+  double margin = r.stable ? least : std::min(least < 0.0 ? least : -1.0, -1e-300);
+  // Where rounding may have decided any sign of the column, the answer is near zero and says so.
+  if (r.nearest < std::abs(margin) && r.nearest < 1e-9) margin = r.stable ? r.nearest : -r.nearest;
+  out.margin = std::min(out.margin, margin);
 }
 
 Polynomial without_root_at_one(Polynomial p) noexcept {
@@ -289,7 +325,8 @@ std::optional<TwoSites> TwoSites::of(const core::Scene& scene, const core::Netwo
   return out;
 }
 
-double TwoSites::margin(const core::Scene& scene) const noexcept {
+SitesMargin TwoSites::margin(const core::Scene& scene) const noexcept {
+  SitesMargin out;
   const Units u{T_, N_ * T_, N_};
   const auto gain = [&](Coupler c) {
     if (c.index < 0) return Pair{};
@@ -314,12 +351,12 @@ double TwoSites::margin(const core::Scene& scene) const noexcept {
   const auto none = [](Pair a) { return a.k == 0.0 && a.b == 0.0; };
   if (central_) {
     const Pair k2 = gain(hand_[0][remote_]);
-    if (none(k2) || none(gain(hand_[0][local_]))) return 0.0;
+    if (none(k2) || none(gain(hand_[0][local_]))) return {0.0, {}};
     const Carried<4> server =
         hand_and_object(u, scene.users[local_].mass, mo, gain(hand_[0][local_]),
                         {ground.k + k2.k, ground.b + k2.b}, scene.integrator);
-    const double out[4] = {0.0, 0.0, k2.k, k2.b / u.period};
-    const Polynomial p = characteristic(server.e), q = numerator(server, out, p);
+    const double force[4] = {0.0, 0.0, k2.k, k2.b / u.period};
+    const Polynomial p = characteristic(server.e), q = numerator(server, force, p);
     Carried<2> hand{};
     const double f = u.period / scene.users[remote_].mass * u.period;
     hand.e[0][1] = 1.0;  // free over the whole packet period
@@ -329,7 +366,8 @@ double TwoSites::margin(const core::Scene& scene) const noexcept {
     const Polynomial pr = characteristic(hand.e), qr = numerator(hand, sent, pr);
     const Polynomial whole =
         sum(times_z_to(product(p, pr), d_), product(qr, sum(q, p, -1.0)), -1.0);
-    return routh_margin(without_free_motion(whole, N_ == 1));
+    judge_polynomial(without_free_motion(whole, N_ == 1), 0, out);
+    return out;
   }
 
   Polynomial p[2], q[2];
@@ -339,7 +377,7 @@ double TwoSites::margin(const core::Scene& scene) const noexcept {
     other[i] = gain(hand_[i][1 - i]);
     object[i] = gain(object_[i]);
   }
-  if (none(own[0]) || none(own[1])) return 0.0;
+  if (none(own[0]) || none(own[1])) return {0.0, {}};
   const auto same = [](Pair a, Pair b) { return a.k == b.k && a.b == b.b; };
   const bool equal = same(own[0], own[1]) && same(other[0], other[1]) &&
                      same(object[0], object[1]) && scene.users[0].mass == scene.users[1].mass;
@@ -349,19 +387,21 @@ double TwoSites::margin(const core::Scene& scene) const noexcept {
                         {ground.k + other[i].k + object[i].k, ground.b + other[i].b + object[i].b},
                         scene.integrator);
     const Pair h = other[1 - i], o = object[1 - i];  // the couplers at the other end
-    const double out[4] = {h.k, h.b / u.period, o.k, o.b / u.period};
+    const double force[4] = {h.k, h.b / u.period, o.k, o.b / u.period};
     p[i] = characteristic(site.e);
-    q[i] = numerator(site, out, p[i]);
+    q[i] = numerator(site, force, p[i]);
   }
   if (equal && d_ % 2 == 0) {
     const Polynomial delayed = times_z_to(p[0], d_ / 2);
     const Polynomial together = sum(delayed, q[0], -1.0), against = sum(delayed, q[0], 1.0);
-    return std::min(routh_margin(without_free_motion(together, N_ == 1 && d_ == 0)),
-                    routh_margin(against));
+    judge_polynomial(without_free_motion(together, N_ == 1 && d_ == 0), 0, out);
+    judge_polynomial(against, 3, out);
+    return out;
   }
   const Polynomial whole = sum(times_z_to(product(p[0], equal ? p[0] : p[1]), d_),
                                product(q[0], equal ? q[0] : q[1]), -1.0);
-  return routh_margin(without_free_motion(whole, N_ == 1 && d_ == 0));
+  judge_polynomial(without_free_motion(whole, N_ == 1 && d_ == 0), 0, out);
+  return out;
 }
 
 }  // namespace tandem::analysis

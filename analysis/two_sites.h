@@ -1,11 +1,22 @@
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "core/network_model.h"
 #include "core/scene.h"
 
 namespace tandem::analysis {
+
+/// How far from the boundary a scene is.
+struct SitesMargin {
+  /// Positive: stable; negative: not; at least -1 and at most 1. Its crossing of zero is smooth in
+  /// the gains. Below about 1e-9 its sign should be checked.
+  double margin = 1.0;
+  /// What may be zero at the boundary, each smooth there and positive inside, of any scale: a pair
+  /// of roots on the circle, one at z = 1, one at z = -1; of two polynomials where there are two.
+  std::array<double, 6> critical{1.0, 1.0, 1.0, 1.0, 1.0, 1.0};
+};
 
 /// Where one object joins two workstations, each feels the other through one number: the force of
 /// the other's couplers on its body. Then the characteristic polynomial over a packet period is
@@ -20,11 +31,8 @@ class TwoSites {
   [[nodiscard]] static std::optional<TwoSites> of(const core::Scene& scene,
                                                   const core::NetworkModel& network);
 
-  /// Positive: stable; negative: not. Near zero it is smooth in the gains, as is its crossing. Its
-  /// size is that of the smallest entry of the Routh column against what was subtracted to get it,
-  /// so that below about 1e-9 its sign should be checked. The scene may differ from the one given
-  /// to `of` in gains, masses and compensation only.
-  [[nodiscard]] double margin(const core::Scene& scene) const noexcept;
+  /// The scene may differ from the one given to `of` in gains, masses and compensation only.
+  [[nodiscard]] SitesMargin margin(const core::Scene& scene) const noexcept;
 
  private:
   struct Coupler {

@@ -8,9 +8,10 @@
 #include <stdexcept>
 #include <string>
 
+#include "analysis/boundary.h"
 #include "analysis/lifted.h"
 #include "analysis/resampled.h"
-#include "analysis/stability.h"
+#include "bench/boundary_accuracy.h"
 #include "bench/report.h"
 #include "scene/load_scene.h"
 
@@ -86,7 +87,7 @@ nlohmann::ordered_json roads_table(std::string& text) {
         return 1e6 * (core_seconds() - start) / times;
       };
       double sink = 0.0, resampled = 0.0, measured = 0.0;
-      const double routh_us = timed(20000, [&] { sink += two->margin(scene); });
+      const double routh_us = timed(20000, [&] { sink += two->margin(scene).margin; });
       const double resampled_us = timed(500, [&] {
         resampled = analysis::judge(analysis::resampled_system(scene, network)).radius;
       });
@@ -138,12 +139,15 @@ void run(int rounds, const std::string& json_file) {
         map = analysis::stability_map(judge, f.scene, x, f.x, y, f.y);
         seconds.push_back(core_seconds() - start);
         start = core_seconds();
-        analysis::StabilityJudge tracer(f.scene, network);
+        const analysis::StabilityJudge tracer(f.scene, network);
         Axis across = f.x, up = f.y;
         across.count = up.count = 16;
-        segments = analysis::stability_boundary(tracer, f.scene, x, across, y, up).size();
+        analysis::ThreadedRunner alone;
+        const auto boundary =
+            analysis::stability_boundary(tracer, f.scene, x, across, y, up, alone);
         tracing.push_back(core_seconds() - start);
-        used = tracer.evaluations();
+        used = boundary.evaluations;
+        segments = boundary.segments.size();
       }
       // The judge of last resort, on one point in a hundred.
       core::Scene edited = f.scene;
@@ -196,6 +200,7 @@ void run(int rounds, const std::string& json_file) {
       theirs, ours, theirs / ours, equal ? "equal" : "DIFFER", traced, ours / traced,
       160000.0 / static_cast<double>(evaluations), checked, wrong);
   json["roads"] = roads_table(text);
+  json["accuracy"] = accuracy_table(peer.at("line"), text);
   report(json_file, text, json);
 }
 

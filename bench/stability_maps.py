@@ -3,7 +3,7 @@
 
 Subsystem resampling of all 10^4 points at once, delay by augmentation with whole packets, the
 translation eliminated exactly, numpy.linalg.eigvals on the batch. One thread. Prints JSON: seconds
-and count of stable points for every map.
+and count of stable points for every map, and a boundary by bisection to several tolerances.
 """
 import json
 import os
@@ -92,6 +92,22 @@ def distributed(k11, k12, ko, d):
     return radius(m, np.tile([1.0, 0.0], size // 2))
 
 
+def line():
+    """Fig 5.4, d = 1: the boundary in k12 of 100 columns by bisection, all columns at once."""
+    ko, own = C * 60.0, np.full(100, 2000.0)
+    runs = []
+    for tolerance in (1e-2, 1e-4, 1e-6, 1e-9):
+        start = time.process_time()
+        low, high = np.full(100, 0.6), np.full(100, 6000.0)
+        while ((high - low) > tolerance * low).any():
+            middle = 0.5 * (low + high)
+            stable = distributed(own, middle, ko, 1) < 1.0
+            low, high = np.where(stable, middle, low), np.where(stable, high, middle)
+        runs.append({"tolerance": tolerance, "seconds": time.process_time() - start,
+                     "found": (0.5 * (low + high)).tolist()})
+    return runs
+
+
 def main():
     maps = {
         "fig5.1": (250.0, 40.0, lambda x, y, d: central(x, y, d)),
@@ -108,6 +124,7 @@ def main():
             stable = int((f(x, y, d) < 1.0).sum())
             out["maps"].append({"figure": figure, "d": d, "stable": stable,
                                 "seconds": time.process_time() - start})
+    out["line"] = line()
     print(json.dumps(out))
 
 

@@ -322,6 +322,7 @@ void add_analyze(CLI::App& app) {
   add_analyze_bounds(*analyze);
   add_analyze_compensate(*analyze);
   add_analyze_stability(*analyze);
+  add_analyze_sweep(*analyze);
   add_analyze_network(*analyze);
   add_analyze_check(*analyze);
 }

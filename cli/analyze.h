@@ -48,6 +48,7 @@ void add_analyze_bounds(CLI::App& analyze);
 void add_analyze_compensate(CLI::App& analyze);
 void add_analyze_network(CLI::App& analyze);
 void add_analyze_stability(CLI::App& analyze);
+void add_analyze_sweep(CLI::App& analyze);
 void add_analyze_check(CLI::App& analyze);
 
 }  // namespace tandem::cli

@@ -1,15 +1,12 @@
-#include <algorithm>
-#include <csignal>
 #include <cstdio>
 #include <stdexcept>
-#include <thread>
-#include <unistd.h>
 
 #include <fmt/format.h>
 
-#include "analysis/stability.h"
+#include "analysis/boundary.h"
 #include "cli/analyze.h"
 #include "cli/commands.h"
+#include "cli/sweep_session.h"
 
 namespace tandem::cli {
 
@@ -19,12 +16,12 @@ using nlohmann::ordered_json;
 
 struct StabilityOptions {
   AnalyzeOptions common;
+  SweepOptions sweep;
   std::vector<std::string> vary;
   std::string csv;
-  int threads = 0;
+  int check_every = 100;
+  int squares = 16;
 };
-
-volatile std::sig_atomic_t interrupted = 0;
 
 struct Varied {
   analysis::Knob knob;
@@ -47,8 +44,7 @@ Varied parse(const core::Scene& scene, const std::string& text) {
   if (read != 2 && read != 3) bad("the range is FROM:TO or FROM:TO:CELLS");
   if (!(axis.from < axis.to) || !(axis.from >= 0.0) || !(axis.to < 1e12))
     bad("the range must go up, from 0 or more to less than 10^12");
-  if (cells < 1 || cells > 20000) bad("1 to 20000 cells");
-  axis.count = static_cast<int>(cells);
+  if (axis.count < 1 || axis.count > 1000000) bad("1 to 1000000 cells");
   const std::string fields = text.substr(0, equal);
   if (axis.from == 0.0 &&
       (fields.find(".mass") != std::string::npos || fields.find(".inertia") != std::string::npos))
@@ -90,21 +86,27 @@ void intervals(const StabilityOptions& o, const AnalyzedScene& s, const Varied& 
 }
 
 void map(const StabilityOptions& o, const AnalyzedScene& s, const Varied& x, const Varied& y) {
-  analysis::StabilityJudge judge(s.scene, s.network);
-  const int threads = o.threads > 0
-                          ? o.threads
-                          : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  const bool progress = isatty(STDERR_FILENO) != 0;
-  const auto before = std::signal(SIGINT, [](int) { interrupted = 1; });
-  const auto found = analysis::stability_map(
-      judge, s.scene, x.knob, x.axis, y.knob, y.axis, threads, [&](int done, int all) {
-        if (progress) fmt::print(stderr, "\r{} of {} rows{}", done, all, done == all ? "\n" : "");
-        return interrupted == 0;
-      });
-  std::signal(SIGINT, before);
+  refuse_too_large(1.0 * x.axis.count * y.axis.count, 1.5, "the map");
+  const analysis::StabilityJudge judge(s.scene, s.network);
+  ordered_json settings = scene_settings(s.scene, o.common.delay_packets);
+  for (const auto& [name, v] : {std::pair{"x", &x}, std::pair{"y", &y}})
+    settings[name] = {{"vary", v->knob.name()},
+                      {"from", v->axis.from},
+                      {"to", v->axis.to},
+                      {"cells", v->axis.count}};
+  settings["check_every"] = o.check_every;
+  settings["squares"] = o.squares;
+  SweepSession session(o.sweep, "stability", settings);
+  const auto found = analysis::stability_map(judge, s.scene, x.knob, x.axis, y.knob, y.axis,
+                                             session, o.check_every);
   analysis::Axis across = x.axis, up = y.axis;
-  across.count = up.count = 16;
-  const auto segments = analysis::stability_boundary(judge, s.scene, x.knob, across, y.knob, up, 2);
+  across.count = up.count = o.squares;
+  analysis::BoundaryOptions fine;
+  fine.levels = 2;
+  const auto boundary =
+      analysis::stability_boundary(judge, s.scene, x.knob, across, y.knob, up, session, fine);
+  if (!session.tells()) return;
+  const auto& segments = boundary.segments;
 
   ordered_json json;
   json["scene"] = s.scene.name;
@@ -119,6 +121,11 @@ void map(const StabilityOptions& o, const AnalyzedScene& s, const Varied& x, con
   json["stable"] = found.count;
   json["rows_with_several_intervals"] = found.rows_apart;
   json["columns_with_several_intervals"] = found.columns_apart;
+  json["checked_on_the_loop"] = {{"points", found.check.points},
+                                 {"verdicts_that_differ", found.check.differ},
+                                 {"largest_difference", found.check.largest_difference}};
+  json["boundary_evaluations"] = boundary.evaluations;
+  json["found_between_grid_points"] = boundary.found_between;
   json["boundary"] = ordered_json::array();
   std::string csv = "x0,y0,x1,y1\n";
   for (const auto& g : segments) {
@@ -131,17 +138,32 @@ void map(const StabilityOptions& o, const AnalyzedScene& s, const Varied& x, con
       "have several intervals, along x {}\n  boundary: {} exact segments\n",
       s.scene.name, o.common.delay_packets, s.assumed(), x.knob.name(), y.knob.name(), found.count,
       found.stable.size(), found.rows_apart, found.columns_apart, segments.size());
+  text += found.check.points > 0
+              ? fmt::format(
+                    "  one point in {} judged again on the running loop: {} points, {} "
+                    "verdicts differ, spectral radii by {:.1e} at most\n",
+                    o.check_every, found.check.points, found.check.differ,
+                    found.check.largest_difference)
+          : judge.road() == std::string("measured")
+              ? std::string("  every point was judged on the running loop\n")
+              : std::string("  no point was judged again on the running loop\n");
   // A small picture: 20 lines of 50 characters, y upwards.
   for (int line = 19; line >= 0; --line) {
     text += "  |";
     for (int column = 0; column < 50; ++column) {
-      const int i = (2 * column + 1) * x.axis.count / 100, j = (2 * line + 1) * y.axis.count / 40;
+      const auto i = static_cast<int>((2LL * column + 1) * x.axis.count / 100),
+                 j = static_cast<int>((2LL * line + 1) * y.axis.count / 40);
       text += found.stable[static_cast<std::size_t>(j) * x.axis.count + i] != 0 ? '#' : '.';
     }
     text += '\n';
   }
   if (!o.common.json.to_stdout()) fmt::print("{}", text);
   o.common.json.write(json);
+  if (found.check.differ > 0)
+    throw Failed(
+        fmt::format("{} of {} points are judged otherwise on the running loop: do not use "
+                    "this map, report the scene",
+                    found.check.differ, found.check.points));
 }
 
 void run(const StabilityOptions& o) {
@@ -177,8 +199,17 @@ void add_analyze_stability(CLI::App& analyze) {
       ->allow_extra_args(false);
   command->add_option("--csv", o->csv, "write intervals or boundary segments to this file")
       ->check(writable_file, "", "writable");
-  command->add_option("--threads", o->threads, "threads of a map; 0: one a core")
-      ->check(CLI::Range(0, 1024));
+  command
+      ->add_option("--check-every", o->check_every,
+                   "judge one cell in so many again on the running loop; 0: none")
+      ->check(CLI::Range(0, 1000000))
+      ->capture_default_str();
+  command
+      ->add_option("--squares", o->squares,
+                   "the boundary is looked for on a grid of so many squares each way")
+      ->check(CLI::Range(2, 1000))
+      ->capture_default_str();
+  o->sweep.add(*command);
   command->callback([o] {
     try {
       run(*o);

@@ -7,6 +7,7 @@
 #include <pybind11/pybind11.h>
 #include <pybind11/stl.h>
 
+#include "analysis/boundary.h"
 #include "analysis/drag.h"
 #include "analysis/linearised_grasp.h"
 #include "analysis/resampled.h"
@@ -201,8 +202,8 @@ py::array_t<bool> stability_map(const core::Scene& scene, const std::string& x,
   analysis::StabilityMap map;
   try {
     const py::gil_scoped_release release;
-    map = analysis::stability_map(judge, linear, along, across, up, upward, threads,
-                                  [](int, int) { return go_on(); });
+    analysis::ThreadedRunner runner(threads, [](std::int64_t, std::int64_t) { return go_on(); });
+    map = analysis::stability_map(judge, linear, along, across, up, upward, runner);
   } catch (const std::runtime_error&) {
     rethrow_interrupt();
     throw;
@@ -220,14 +221,18 @@ py::array_t<double> stability_boundary(const core::Scene& scene, const std::stri
   demand_range("y_range", y_range);
   if (cells < 1 || cells > 2000) throw std::invalid_argument("cells must be 1 to 2000");
   const core::Scene linear = analysis::linear_scene(scene).scene;
-  analysis::StabilityJudge judge(linear, round_trip(scene, delay_packets));
+  const analysis::StabilityJudge judge(linear, round_trip(scene, delay_packets));
   const analysis::Knob along(linear, x), up(linear, y);
   std::vector<analysis::Segment> segments;
   {
     const py::gil_scoped_release release;
+    analysis::ThreadedRunner alone;
+    analysis::BoundaryOptions options;
+    options.tolerance = tolerance;
     segments =
         analysis::stability_boundary(judge, linear, along, {x_range.first, x_range.second, cells},
-                                     up, {y_range.first, y_range.second, cells}, 1, tolerance);
+                                     up, {y_range.first, y_range.second, cells}, alone, options)
+            .segments;
   }
   std::vector<double> ends;
   for (const analysis::Segment& s : segments) ends.insert(ends.end(), {s.x0, s.y0, s.x1, s.y1});

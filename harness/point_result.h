@@ -28,6 +28,9 @@ struct PointResult {
   bool failed = false;  ///< a node died or would not start; `log` says why
   std::string log;
   double wall_seconds = 0.0, session_seconds = 0.0;
+  /// Of the samples that a site uses, over all ticks and links: what the network and the wait for
+  /// the next packet make together [s].
+  double mean_age = kNotMeasured;
   Prediction prediction;
   Measures measures;
   double largest_coupling = kNotMeasured;  ///< by search (virtual) [N/m]
@@ -35,6 +38,16 @@ struct PointResult {
   bool tried_below = false, tried_above = false;
   Stability below, above;
   std::vector<SeenLink> seen;
+};
+
+/// Smallest one-way delay, the same both ways, with which a scene is no longer stable, as each
+/// names it [s]; infinite: stable as far as was looked.
+struct DelayBoundary {
+  std::string scene;
+  double predicted = kNotMeasured;        ///< analysis, linearised at the grasp
+  double in_virtual_time = kNotMeasured;  ///< search
+  double real_stable = kNotMeasured;      ///< longest delay seen stable on sockets
+  double real_not_stable = kNotMeasured;  ///< shortest delay seen not stable
 };
 
 /// A point where measured and predicted are on different sides, not within 10 % of the boundary, or

@@ -1,5 +1,6 @@
 #include "cli/netem_report.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <ctime>
@@ -149,10 +150,12 @@ ordered_json to_json(const SweepRun& run) {
   }
   json["failed"] = failed;
   json["near_boundary"] = near;
-  json["disagreements"] = found.size();
+  const auto exact = std::count_if(found.begin(), found.end(), [](auto& d) { return d.exact; });
+  json["disagreements"] = exact;
+  json["approximate_disagreements"] = static_cast<std::ptrdiff_t>(found.size()) - exact;
   json["disagreement_list"] = ordered_json::array();
   for (const auto& d : found)
-    json["disagreement_list"].push_back({{"point", d.point}, {"what", d.what}});
+    json["disagreement_list"].push_back({{"point", d.point}, {"what", d.what}, {"exact", d.exact}});
   json["statement"] = harness::statement(run.results);
   json["seed"] = run.seed;
   json["wall_s"] = run.wall_seconds;
@@ -271,12 +274,18 @@ std::string to_text(const SweepRun& run) {
   for (const std::string& sentence : harness::statement(run.results))
     text += "  " + sentence + "\n";
   const auto found = harness::disagreements(run.results);
-  text += fmt::format("  {} points, {} disagreements", run.results.size(), found.size());
+  const auto exact = std::count_if(found.begin(), found.end(), [](auto& d) { return d.exact; });
+  text += fmt::format("  {} points, {} disagreements", run.results.size(), exact);
+  if (exact != static_cast<std::ptrdiff_t>(found.size()))
+    text += fmt::format(
+        " (and {} where jitter or loss was replaced by a steady network of the same mean age)",
+        static_cast<std::ptrdiff_t>(found.size()) - exact);
   if (run.wall_seconds > 0.0)
     text += fmt::format("; {:.0f} s of sessions in {:.1f} s: {:.0f} times real time",
                         session_seconds, run.wall_seconds, session_seconds / run.wall_seconds);
   text += "\n";
-  for (const auto& d : found) text += fmt::format("    {}: {}\n", d.point, d.what);
+  for (const auto& d : found)
+    text += fmt::format("    {}{}: {}\n", d.exact ? "" : "(approximate) ", d.point, d.what);
   return text;
 }
 

@@ -53,6 +53,9 @@ struct DelayBoundary {
 /// A point where measured and predicted are on different sides, not within 10 % of the boundary, or
 /// the drag is off by more than 10 %.
 struct Disagreement {
+  /// False: the network has jitter or loss, for which there is no exact prediction, only that of a
+  /// steady network of the same mean age.
+  bool exact = true;
   std::string point, what;  ///< "stability: predicted stable (growth 0.991), measured not: ..."
 };
 [[nodiscard]] std::vector<Disagreement> disagreements(const std::vector<PointResult>& results);

@@ -23,8 +23,6 @@ using core::NetworkModel;
 using core::Scene;
 
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-constexpr double kRange = 64.0;  ///< couplings are looked for up to this many times the scene's
-
 /// Calls `change` with every link that the scene uses.
 template <typename Change>
 void each_link(const Scene& scene, NetworkModel& network, Change&& change) {
@@ -93,28 +91,16 @@ bool moves_coupling(const Scene& scene, const core::CouplerParameters& c) {
   return u >= 0 && !scene.users[u].local;
 }
 
-/// Upper end of the lowest stable interval of the coupling.
-double lowest_interval_end(const Scene& linear, const NetworkModel& network, int states) {
+/// Upper end of the stable interval around the coupling or, where that is not stable, of the next
+/// one below.
+double interval_end(const Scene& linear, const NetworkModel& network, int states) {
   const double now = coupling_of(linear);
   if (!(now > 0.0)) return kNaN;
   analysis::StabilityJudge judge(linear, network);
-  const auto stable = [&](double k) { return judge.margin(with_coupling(linear, k)) > 0.0; };
   // Large maps cost seconds: a coarser scan.
-  const double ratio = states > 120 ? 2.0 : states > 60 ? 1.4 : 1.15;
-  double low = now / kRange;
-  if (!stable(low)) return 0.0;
-  double high = low;
-  while (high < now * kRange) {
-    high = std::min(high * ratio, now * kRange);
-    if (!stable(high)) break;
-    low = high;
-  }
-  if (low == high) return std::numeric_limits<double>::infinity();
-  for (int i = 0; i < 40 && high / low > 1.0 + 1e-4; ++i) {
-    const double middle = std::sqrt(low * high);
-    (stable(middle) ? low : high) = middle;
-  }
-  return std::sqrt(low * high);
+  const double ratio = states > 120 ? 1.6 : states > 60 ? 1.3 : 1.12;
+  return largest_stable(now, ratio, 1.0 + 1e-4,
+                        [&](double k) { return judge.margin(with_coupling(linear, k)) > 0.0; });
 }
 
 bool is_stable(const Scene& linear, const NetworkModel& network) {
@@ -166,6 +152,43 @@ Scene with_coupling(Scene scene, double stiffness) {
       c.rotation.stiffness *= factor;
     }
   return scene;
+}
+
+double largest_stable(double now, double ratio, double precision,
+                      const std::function<bool(double)>& stable) {
+  constexpr double kRange = 64.0;
+  double low = now, high = now;
+  if (stable(now)) {
+    for (;;) {
+      if (low >= now * kRange) return std::numeric_limits<double>::infinity();
+      high = std::min(low * ratio, now * kRange);
+      if (!stable(high)) break;
+      low = high;
+    }
+  } else {
+    for (;;) {
+      if (high <= now / kRange) return 0.0;
+      low = std::max(high / ratio, now / kRange);
+      if (stable(low)) break;
+      high = low;
+    }
+  }
+  while (high > precision * low) {
+    const double middle = std::sqrt(low * high);
+    (stable(middle) ? low : high) = middle;
+  }
+  return std::sqrt(low * high);
+}
+
+bool stable_alone(const Scene& scene, const NetworkModel& given) {
+  try {
+    const Scene linear = analysis::linear_scene(scene).scene;
+    const Scene alone =
+        analysis::with_one_hand(linear, linear.users[analysis::drag_user(linear)].name);
+    return is_stable(alone, whole_ticks(alone, given, nearest));
+  } catch (const std::exception&) {
+    return false;
+  }
 }
 
 double predicted_drag(const Scene& scene, const NetworkModel& network) {
@@ -236,11 +259,14 @@ Prediction predict(const Scene& scene, const NetworkModel& given, const PredictO
     p.stable = judged.stable();
     p.growth_per_packet = judged.radius;
     p.judged = true;
-    p.drag = predicted_drag(scene, given);
+    // Where one hand alone is not stable there is no steady motion to feel a drag in; but a
+    // negative drag is an instability of its own, slow, and felt.
+    const double drag = predicted_drag(scene, given);
+    if (drag < 0.0 || stable_alone(scene, given)) p.drag = drag;
     if (scene.space == core::Space::kAxis)
       p.stiffness = predicted_stiffness(pressed(scene, analysis::drag_user(scene)), given);
     if (options.largest_coupling)
-      p.largest_coupling = lowest_interval_end(linear, network, system.states());
+      p.largest_coupling = interval_end(linear, network, system.states());
     p.near_boundary = is_near_boundary(linear, network, p.stable);
   } catch (const std::exception& e) {
     p.judged = false;

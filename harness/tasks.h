@@ -25,6 +25,9 @@ inline constexpr double kKickStart = 0.25, kKickHz = 10.0;
 
 /// Hand `user` is moved by 5 mm within 20 ms at kStepStart by a stiff muscle, others held; axis.
 inline constexpr double kStepStart = 1.0;
+/// From when on the hand moves [m] and the other feels it [N]: as little as numbers without noise
+/// allow, or the force of the motion's start would be there before the motion is seen.
+inline constexpr double kStepMotion = 1e-6, kStepForce = 1e-4;
 [[nodiscard]] core::Scene stepped(const core::Scene& scene, int user);
 
 }  // namespace tandem::harness

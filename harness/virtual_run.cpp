@@ -188,27 +188,13 @@ Stability run_stability(const Scene& scene, const NetworkModel& network, double 
 
 double search_largest_coupling(const Scene& scene, const NetworkModel& network, double seconds,
                                double* ran) {
-  constexpr double kRange = 64.0, kStep = 1.25, kPrecision = 1.01;
   const Scene start = kicked(scene);
   const double now = coupling_of(start);
   if (!(now > 0.0)) return kNotMeasured;
-  const auto stable = [&](double k) {
+  return largest_stable(now, 1.25, 1.01, [&](double k) {
     if (ran != nullptr) *ran += seconds;
     return run_stability(with_coupling(start, k), network, seconds).stable;
-  };
-  double low = now / kRange, high = low;
-  if (!stable(low)) return 0.0;
-  for (;;) {
-    if (low >= now * kRange) return std::numeric_limits<double>::infinity();
-    high = std::min(low * kStep, now * kRange);
-    if (!stable(high)) break;
-    low = high;
-  }
-  while (high > kPrecision * low) {
-    const double middle = std::sqrt(low * high);
-    (stable(middle) ? low : high) = middle;
-  }
-  return std::sqrt(low * high);
+  });
 }
 
 double search_delay_boundary(const Scene& scene, double longest, double seconds) {
@@ -241,30 +227,37 @@ PointResult run_virtual_point(const SweepPoint& point, const VirtualOptions& opt
   const double seconds = stability_seconds(options.seconds);
   const bool axis = scene.space == core::Space::kAxis;
 
+  // What has blown up has no force error, gap, drag or stiffness worth a number.
+  const auto blown_up = [](const Trajectory& session) {
+    const Stability s = judge_stability(session);
+    return !s.stable && std::isinf(s.growth_per_s);
+  };
   const double carry_seconds = axis ? 7.5 : 20.0;
-  out.measures = [&] {
+  {
     const Scene scene_carried = carried(scene);
     Trajectory session = run_virtual(scene_carried, network, carry_seconds);
     Trajectory twin = run_virtual(ideal_twin(scene_carried), ideal, carry_seconds);
     session.first_slot = twin.first_slot = static_cast<std::int64_t>(scene.rates.local_hz);
     out.session_seconds += 2.0 * carry_seconds;
-    return measure(session, &twin);
-  }();
+    if (!blown_up(session)) out.measures = measure(session, &twin);
+  }
   out.measures.stability = run_stability(kicked(scene), network, seconds);
   out.session_seconds += seconds;
 
   if (axis && !scene.objects.empty()) {
     const int user = analysis::drag_user(scene);
     constexpr double kPush = 0.1, kPushSeconds = 12.0, kPressSeconds = 8.0, kStepSeconds = 1.5;
-    const MeasuredDrag drag =
-        measure_drag(run_virtual(pushed(scene, user, kPush), network, kPushSeconds), user, kPush);
-    out.measures.drag = drag.n_s_per_m;
-    out.measures.drag_settled = drag.settled;
-    out.measures.rendered_stiffness =
-        measure_stiffness(run_virtual(pressed(scene, user), network, kPressSeconds), user);
+    const Trajectory push = run_virtual(pushed(scene, user, kPush), network, kPushSeconds);
+    if (judge_stability(push).stable) {
+      const MeasuredDrag drag = measure_drag(push, user, kPush);
+      out.measures.drag = drag.n_s_per_m;
+      out.measures.drag_settled = drag.settled;
+    }
+    const Trajectory press = run_virtual(pressed(scene, user), network, kPressSeconds);
+    if (!blown_up(press)) out.measures.rendered_stiffness = measure_stiffness(press, user);
     Trajectory step = run_virtual(stepped(scene, 0), network, kStepSeconds);
     step.first_slot = static_cast<std::int64_t>(0.9 * kStepStart * scene.rates.local_hz);
-    out.measures.motion_to_force = motion_to_force(step, 0, 1, 1e-4, 5e-3);
+    out.measures.motion_to_force = motion_to_force(step, 0, 1, kStepMotion, kStepForce);
     out.session_seconds += kPushSeconds + kPressSeconds + kStepSeconds;
   }
   if (options.search)

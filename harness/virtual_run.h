@@ -20,9 +20,8 @@ namespace tandem::harness {
 [[nodiscard]] Stability run_stability(const core::Scene& kicked_scene,
                                       const core::NetworkModel& network, double seconds);
 
-/// Upper end of the lowest stable interval of the coupling (k_o or k_2) by search: up by a quarter
-/// at a time from a 64th of what the scene has, then bisected to 1 %. 0: nowhere; infinite: stable
-/// up to 64 times. `ran` adds up the virtual seconds.
+/// The largest stable coupling (k_o or k_2) by search, as Prediction::largest_coupling defines it:
+/// by a quarter at a time, then bisected to 1 %. `ran` adds up the virtual seconds.
 [[nodiscard]] double search_largest_coupling(const core::Scene& scene,
                                              const core::NetworkModel& network, double seconds,
                                              double* ran = nullptr);

@@ -301,12 +301,15 @@ def main():
         f"{html.escape(machine['kernel'])}."
         + (f"<br>{html.escape(data['granted'])}" if data["granted"] else "") + "</p>",
         f"<p class=card><b>{data['points']} points, {data['disagreements']} disagreements</b> between "
-        f"measured and predicted, {data['near_boundary']} points within 10 % of the boundary, "
+        f"measured and predicted where the prediction is exact, {data['approximate_disagreements']} where "
+        f"jitter or loss was replaced by a steady network of the same mean age; "
+        f"{data['near_boundary']} points within 10 % of the boundary, "
         f"{data['failed']} failed.</p>",
     ]
     if wrong:
         page.append("<ul>" + "".join(
-            f"<li class=bad>{html.escape(d['point'])}: {html.escape(d['what'])}</li>" for d in wrong)
+            f"<li{' class=bad' if d['exact'] else ''}>{'' if d['exact'] else '(approximate) '}"
+            f"{html.escape(d['point'])}: {html.escape(d['what'])}</li>" for d in wrong)
             + "</ul>")
     if data["statement"]:
         page.append("<h2>Which reconstruction wins where</h2><p class=note>Made from the numbers "

@@ -34,14 +34,14 @@ struct NetemOptions {
   RealRequest real;
 };
 
-volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t netem_interrupted = 0;
 
 /// A line that fills, on a terminal; says how long it may still take.
 class Progress {
  public:
   explicit Progress(std::string name) : name_(std::move(name)) {
     terminal_ = isatty(STDERR_FILENO) != 0;
-    before_ = std::signal(SIGINT, [](int) { interrupted = 1; });
+    before_ = std::signal(SIGINT, [](int) { netem_interrupted = 1; });
   }
   ~Progress() { std::signal(SIGINT, before_); }
   Progress(const Progress&) = delete;
@@ -56,7 +56,7 @@ class Progress {
                  kWidth - full, done, all, spent, done == all ? "\n" : "");
       std::fflush(stderr);
     }
-    return interrupted == 0;
+    return netem_interrupted == 0;
   }
 
  private:
@@ -116,7 +116,7 @@ SweepRun run_one(const NetemOptions& o, const std::string& name) {
       run.setting = real_setting();
     }
   } catch (const std::runtime_error&) {
-    if (interrupted == 0) throw;
+    if (netem_interrupted == 0) throw;
     throw Failed("stopped; nothing is written");
   }
   if (o.virtual_time && (run.sweep.name == "thesis" || run.sweep.name == "delay"))

@@ -49,14 +49,14 @@ struct Condition {
   double delay = 0.0;   ///< one way [s]
   double jitter = 0.0;  ///< uniform: half width; else the standard deviation of the table [s]
   Distribution distribution = Distribution::kNormal;
-  double correlation = 0.0;      ///< of successive delays, [0, 1), as netem draws it
-  double loss = 0.0;             ///< [0, 1], each packet by itself; not together with bursts
-  std::optional<Bursts> bursts;  ///< instead of `loss`
-  double duplicate = 0.0;        ///< [0, 1]
-  double reorder = 0.0;          ///< [0, 1]: sent at once, past those delayed; needs a delay
-  double rate_bit_per_s = 0.0;   ///< of the line, packets queue behind each other; 0: no limit
-  std::optional<Outage> outage;
-  std::shared_ptr<const RecordedSeries> recorded;  ///< instead of delay, jitter and loss
+  double correlation = 0.0;        ///< of successive delays, [0, 1), as netem draws it
+  double loss = 0.0;               ///< [0, 1], each packet by itself; not together with bursts
+  std::optional<Bursts> bursts{};  ///< instead of `loss`
+  double duplicate = 0.0;          ///< [0, 1]
+  double reorder = 0.0;            ///< [0, 1]: sent at once, past those delayed; needs a delay
+  double rate_bit_per_s = 0.0;     ///< of the line, packets queue behind each other; 0: no limit
+  std::optional<Outage> outage{};
+  std::shared_ptr<const RecordedSeries> recorded{};  ///< instead of delay, jitter and loss
 };
 
 /// Both directions. `there` is from a lower to a higher user, and central from the server to its

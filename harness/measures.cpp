@@ -167,25 +167,33 @@ Stability StabilityMeter::judge() const {
   if (widest(0, kWindows) <= kFloor) return out;  // nothing moved
   out.judged = true;
 
-  double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
-  for (int w = kWindows / 2; w < kWindows; ++w) {
-    if (e[w] <= kFloor) continue;
-    const double x = (w + 0.5) * seconds_ / kWindows, y = std::log(e[w]);
-    n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
+  int start = 0;
+  while (e[start] <= kFloor && start < kWindows - 1) ++start;
+  // Slope of log e over the windows [from, to) that are above the floor; not a number of too few.
+  const auto fitted = [&](int from, int to, int least) {
+    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
+    for (int w = from; w < to; ++w) {
+      if (e[w] <= kFloor) continue;
+      const double x = (w + 0.5) * seconds_ / kWindows, y = std::log(e[w]);
+      n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
+    }
+    return n >= least ? (n * sxy - sx * sy) / (n * sxx - sx * sx) : kNotMeasured;
+  };
+  double slope = fitted(kWindows / 2, kWindows, 4);
+  // What has died out before has told its growth on the way down.
+  int end = start;
+  while (end < kWindows && e[end] > kFloor) ++end;
+  const double shown = std::isfinite(slope) ? slope : fitted(start + 1, end, 3);
+  if (std::isfinite(shown)) {
+    out.growth_per_s = std::exp(shown);
+    out.growth_per_packet = std::exp(shown * period_);
   }
-  double slope = 0.0;
-  if (n >= 4) {
-    slope = (n * sxy - sx * sy) / (n * sxx - sx * sx);
-    out.growth_per_s = std::exp(slope);
-    out.growth_per_packet = std::exp(slope * period_);
-  }
+  if (!std::isfinite(slope)) slope = 0.0;
   if (slope > std::log(kGrowth) && slope * 0.5 * seconds_ > std::log(kRise)) {
     out.stable = false;
     out.reason = fmt::format("the envelope grows {:.4g} times a second", out.growth_per_s);
     return out;
   }
-  int start = 0;
-  while (e[start] <= kFloor && start < kWindows - 1) ++start;
   const int quarter = kWindows / 4;
   if (start + quarter <= kWindows - quarter) {
     const double early = widest(start, start + quarter),
@@ -254,8 +262,8 @@ MeasuredDrag measure_drag(const Trajectory& session, int site, double force) {
   const double scale = std::abs(v[0]) + std::abs(v[1]) + std::abs(v[2]);
   if (!std::isfinite(scale) || scale == 0.0) return out;
   out.settled = std::abs(d2) < 0.01 * std::abs(v[2]);
-  // Settled to rounding: no change left to extrapolate.
-  if (std::abs(d1) < 1e-6 * scale) {
+  // Settled: what change is left would only be extrapolated with its noise.
+  if (std::abs(d1) < 0.01 * scale / 3.0) {
     out.n_s_per_m = force / v[2];
     return out;
   }

@@ -122,6 +122,7 @@ struct Measures {
 /// those of a mass against a viscous drag, v' = (F - b v) / m, whose end is known from three:
 ///   q = (v3 - v2) / (v2 - v1) = e^(-b T/m),  b = F (1 - q) / (v1 (1 - q) + v2 - v1)
 /// also where it has not settled, where there is no drag (q = 1) and where it is negative (q > 1).
+/// Where v1 and v2 differ by less than 1 % it is F / v3.
 struct MeasuredDrag {
   double n_s_per_m = kNotMeasured;
   bool settled = false;  ///< v3 differs from v2 by less than 1 %

@@ -154,7 +154,8 @@ std::string drags(const std::string& architecture, const std::vector<Row>& rows)
       }
     if (!(low <= high)) continue;
     any = true;
-    text += fmt::format(" {} {:.3f} to {:.3f} ({});", style, low, high, at);
+    const auto shown = [](double x) { return std::abs(x) < 5e-4 ? 0.0 : x; };  // no minus nothing
+    text += fmt::format(" {} {:.3f} to {:.3f} ({});", style, shown(low), shown(high), at);
   }
   if (!any) return {};
   text.back() = '.';

@@ -18,12 +18,12 @@ import matplotlib.pyplot as plt  # noqa: E402
 STYLES = {"hold": ("#1f77b4", "o"), "compensated": ("#d95f02", "s"), "extrapolate": ("#2a9d4a", "^"),
           "": ("#555555", "D")}
 CSS = """
-body { font: 15px/1.45 system-ui, sans-serif; color: #1c1c1c; max-width: 1180px; margin: 2em auto;
+body { font: 15px/1.45 system-ui, sans-serif; color: #1c1c1c; max-width: 1560px; margin: 2em auto;
        padding: 0 1em; }
 h1 { font-size: 1.6em; margin-bottom: .1em } h2 { margin-top: 1.8em; border-bottom: 1px solid #ccc }
-.note { color: #555 } svg { max-width: 100%; height: auto }
-table { border-collapse: collapse; font-size: 13px; margin: .6em 0 }
-th, td { padding: 2px 8px; text-align: right; border-bottom: 1px solid #e4e4e4; white-space: nowrap }
+.note { color: #555 } svg { max-width: min(100%, 1100px); height: auto }
+p, ul { max-width: 1100px } table { border-collapse: collapse; font-size: 12px; margin: .6em 0 }
+th, td { padding: 2px 6px; text-align: right; border-bottom: 1px solid #e4e4e4; white-space: nowrap }
 th { background: #f3f3f3; vertical-align: bottom; white-space: normal; max-width: 8em }
 td:first-child, th:first-child, td.l, th.l { text-align: left }
 .bad { color: #b00020; font-weight: 600 } .good { color: #176b2c } .near { color: #8a6d00 }
@@ -48,6 +48,7 @@ def cell(x, digits=3, factor=1.0):
         return "–"
     if math.isinf(x):
         return "&gt; 64×"
+    x = 0.0 if abs(x) < 1e-9 else x  # rounding has a sign
     return f"{x * factor:.{digits}g}"
 
 
@@ -76,12 +77,21 @@ def ok(r):
     return "failed" not in r
 
 
-def picture(results, title, unit, measured, predicted=None, log=False, only_stable=True, line=None):
+def picture(results, title, unit, measured, predicted=None, log=False, only_stable=True, line=None,
+            same=True):
     """One axis for each architecture; predicted as lines, measured as markers."""
-    parts = groups(results)
+    parts = {name: part for name, part in groups(results).items()
+             if any(math.isfinite(number(measured(r))) for r in part[1].values() if ok(r))}
+    if not parts:
+        return ""
     figure, axes = plt.subplots(1, len(parts), figsize=(3.75 * len(parts) + 0.6, 3.5), squeeze=False,
-                                sharey=True, layout="constrained")
+                                sharey=same, layout="constrained")
     drawn = False
+
+    def shown(x):
+        x = number(x)
+        return math.nan if log and x <= 0 else x
+
     for axis, (architecture, (labels, table)) in zip(axes[0], parts.items()):
         styles = [s for s in STYLES if any((s, l) in table for l in labels)]
         for k, style in enumerate(styles):
@@ -94,9 +104,9 @@ def picture(results, title, unit, measured, predicted=None, log=False, only_stab
                     continue
                 if predicted is not None:
                     px.append(i + shift)
-                    p.append(number(predicted(r)))
+                    p.append(shown(predicted(r)))
                 stable = r["measured"]["stability"]["stable"]
-                value = number(measured(r))
+                value = shown(measured(r))
                 if math.isfinite(value) and (stable or not only_stable):
                     x.append(i + shift)
                     m.append(value)
@@ -129,8 +139,8 @@ def picture(results, title, unit, measured, predicted=None, log=False, only_stab
     for axis in axes[0]:
         for handle, label in zip(*axis.get_legend_handles_labels()):
             entries.setdefault(label, handle)
-    figure.legend(entries.values(), entries.keys(), loc="outside lower center", fontsize=8,
-                  ncols=min(len(entries), 6), frameon=False)
+    figure.legend(entries.values(), entries.keys(), loc="upper center", bbox_to_anchor=(0.5, 0.01),
+                  fontsize=8, ncol=min(len(entries), 6), frameon=False)
     figure.suptitle(title, fontsize=11)
     return as_svg(figure)
 
@@ -140,7 +150,7 @@ def as_svg(figure):
     as_svg.count = getattr(as_svg, "count", 0) + 1
     own = f"p{as_svg.count}-"
     text = io.StringIO()
-    figure.savefig(text, format="svg", metadata={"Date": None, "Creator": None})
+    figure.savefig(text, format="svg", bbox_inches="tight", metadata={"Date": None, "Creator": None})
     plt.close(figure)
     svg = text.getvalue()
     svg = svg[svg.index("<svg"):]
@@ -278,7 +288,8 @@ def main():
                 measured("largest_coupling_n_per_m"), predicted("largest_coupling_n_per_m"), log=True,
                 only_stable=False),
         picture(results, "Drag of one hand alone in free motion", "N s/m",
-                measured("drag_n_s_per_m"), predicted("drag_n_s_per_m"), line=0.0),
+                measured("drag_n_s_per_m"), predicted("drag_n_s_per_m"), line=0.0,
+                same=False),
         picture(results, "Force error against the ideal twin, in Weber units", "RMS / max(|F|, 0.5 N)",
                 lambda r: sites(r, "force_error_rms_weber", mean), log=True),
         picture(results, "Distance of the copies while carried", "RMS [m]", measured("gap_rms_m"),

@@ -28,7 +28,7 @@ core::Scene with_users(const core::Scene& given, int users) {
   if (users < 2 || users > core::kMaxUsers)
     throw SweepError(fmt::format("users = {} must be within 2 and {}", users, core::kMaxUsers));
   core::Scene scene = given;
-  const core::UserParameters second = given.users[1];
+  const core::UserParameters& second = given.users[1];
   const std::string one = given.users[0].name, two = second.name;
   const bool central = given.architecture == core::Architecture::kCentral;
   const CouplerParameters* own = coupler(given, two, central ? "" : two);

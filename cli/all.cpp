@@ -11,6 +11,7 @@ void add_all(CLI::App& app) {
   add_client(app);
   add_replica(app);
   add_replay(app);
+  add_netem(app);
   add_probe(app);
   add_bench(app);
 }

@@ -53,6 +53,7 @@ void add_fates(const NetworkOptions& o, std::span<const double> recorded, Analyz
   link.burst_leave = o.burst_leave;
   link.first_in_first_out = o.fifo;
   link.recorded = recorded;
+  link.recorded_from_seed = true;
   for (auto& row : s.network.link)
     for (core::LinkModelParameters& one : row) {
       link.delay_ticks = one.delay_ticks + o.link_delay_ms * 1e-3 * local_hz;

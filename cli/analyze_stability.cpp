@@ -44,7 +44,8 @@ Varied parse(const core::Scene& scene, const std::string& text) {
   if (read != 2 && read != 3) bad("the range is FROM:TO or FROM:TO:CELLS");
   if (!(axis.from < axis.to) || !(axis.from >= 0.0) || !(axis.to < 1e12))
     bad("the range must go up, from 0 or more to less than 10^12");
-  if (axis.count < 1 || axis.count > 1000000) bad("1 to 1000000 cells");
+  if (cells < 1 || cells > 1000000) bad("1 to 1000000 cells");
+  axis.count = static_cast<int>(cells);
   const std::string fields = text.substr(0, equal);
   if (axis.from == 0.0 &&
       (fields.find(".mass") != std::string::npos || fields.find(".inertia") != std::string::npos))

@@ -19,6 +19,7 @@ void add_analyze(CLI::App& app);
 void add_bench(CLI::App& app);
 void add_client(CLI::App& app);
 void add_demo(CLI::App& app);
+void add_netem(CLI::App& app);
 void add_probe(CLI::App& app);
 void add_replay(CLI::App& app);
 void add_replica(CLI::App& app);

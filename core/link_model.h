@@ -10,24 +10,30 @@
 
 namespace tandem::core {
 
-enum class JitterKind { kNone, kUniform, kNormal, kExponential };
+enum class JitterKind { kNone, kUniform, kNormal, kExponential, kPareto, kParetoNormal };
 
 /// How one direction of a link treats packets, in virtual time. Semantics are netem's: each
 /// packet draws its own fate, so jitter reorders; first_in_first_out makes a later packet wait.
 struct LinkModelParameters {
   double delay_ticks = 0.0;  ///< one way [ticks]; a fraction acts as the next whole tick
   JitterKind jitter = JitterKind::kNone;
-  double jitter_ticks = 0.0;       ///< uniform: half width; normal: sd; exponential: mean [ticks]
-  double loss = 0.0;               ///< [0, 1], each packet by itself
-  double burst_enter = 0.0;        ///< Gilbert-Elliott: chance per packet to enter the lossy state
-  double burst_leave = 1.0;        ///< and to leave it; every packet is lost in it
-  double duplicate = 0.0;          ///< [0, 1], the copy draws its own jitter
+  double jitter_ticks = 0.0;   ///< uniform: half width; normal: sd; exponential: mean; Pareto and
+                               ///< Pareto-normal: factor of netem's table [ticks]
+  double loss = 0.0;           ///< [0, 1], each packet by itself, outside bursts
+  double burst_enter = 0.0;    ///< Gilbert-Elliott: chance per packet to enter the lossy state
+  double burst_leave = 1.0;    ///< and to leave it
+  double burst_loss = 1.0;     ///< chance to be lost in it
+  double duplicate = 0.0;      ///< [0, 1], the copy draws its own jitter
+  double reorder = 0.0;        ///< [0, 1]: delivered at once, past those delayed
+  double service_ticks = 0.0;  ///< the line takes so long for a packet, and they queue [ticks]
   std::int64_t outage_start = -1;  ///< slots [start, start + length): everything sent is lost
   std::int64_t outage_length = 0;
+  std::int64_t outage_period = 0;  ///< again after so many slots; 0: once
   bool first_in_first_out = false;
-  /// Recorded delays [ticks], negative: lost; packets take them in order from a seeded place, round
-  /// and round, instead of jitter and on top of delay_ticks. Owned by the caller.
+  /// Recorded delays [ticks], negative: lost. Packets take them in order, round and round, on top of
+  /// the rest. Owned by whoever made them; must outlive the link.
   std::span<const double> recorded{};
+  bool recorded_from_seed = false;  ///< begin at a seeded place, not at the first
   std::uint64_t seed = 1;
 };
 
@@ -48,7 +54,7 @@ class LinkModel {
  public:
   explicit LinkModel(const LinkModelParameters& parameters = {}) noexcept
       : parameters_(parameters), random_(parameters.seed) {
-    if (!parameters.recorded.empty())
+    if (!parameters.recorded.empty() && parameters.recorded_from_seed)
       next_recorded_ = static_cast<std::size_t>(random_.uniform() *
                                                 static_cast<double>(parameters.recorded.size()));
   }
@@ -122,16 +128,21 @@ class LinkModel {
     if (parameters_.burst_enter > 0.0)
       in_burst_ = in_burst_ ? random_.uniform() >= parameters_.burst_leave
                             : random_.uniform() < parameters_.burst_enter;
-    if (in_burst_) return true;
-    if (parameters_.loss > 0.0 && random_.uniform() < parameters_.loss) return true;
-    return parameters_.outage_length > 0 && slot >= parameters_.outage_start &&
-           slot < parameters_.outage_start + parameters_.outage_length;
+    if (in_burst_) {
+      if (parameters_.burst_loss >= 1.0 || random_.uniform() < parameters_.burst_loss) return true;
+    } else if (parameters_.loss > 0.0 && random_.uniform() < parameters_.loss) {
+      return true;
+    }
+    if (parameters_.outage_length <= 0 || slot < parameters_.outage_start) return false;
+    std::int64_t since = slot - parameters_.outage_start;
+    if (parameters_.outage_period > 0) since %= parameters_.outage_period;
+    return since < parameters_.outage_length;
   }
 
   [[nodiscard]] double draw_delay() noexcept {
     if (fate_.given) return fate_.delay_ticks;
     double delay = parameters_.delay_ticks;
-    if (!parameters_.recorded.empty()) return delay + recorded_;
+    if (!parameters_.recorded.empty()) delay += recorded_;
     switch (parameters_.jitter) {
       case JitterKind::kNone:
         break;
@@ -144,7 +155,14 @@ class LinkModel {
       case JitterKind::kExponential:
         delay += random_.exponential(parameters_.jitter_ticks);
         break;
+      case JitterKind::kPareto:
+        delay += parameters_.jitter_ticks * random_.netem_pareto();
+        break;
+      case JitterKind::kParetoNormal:
+        delay += parameters_.jitter_ticks * random_.netem_pareto_normal();
+        break;
     }
+    if (parameters_.reorder > 0.0 && random_.uniform() < parameters_.reorder) return 0.0;
     return delay > 0.0 ? delay : 0.0;
   }
 
@@ -154,7 +172,9 @@ class LinkModel {
       at += late;
       if (const double whole = nearest(at); at - whole < 1e-9 && whole - at < 1e-9) at = whole;
     }
-    if (parameters_.first_in_first_out && at < last_arrival_) at = last_arrival_;
+    const bool queued = parameters_.first_in_first_out || parameters_.service_ticks > 0.0;
+    if (queued && at < last_arrival_) at = last_arrival_;
+    at += parameters_.service_ticks;
     last_arrival_ = at;
     if (count_ == kCapacity) {
       remove(0);

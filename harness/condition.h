@@ -49,14 +49,14 @@ struct Condition {
   double delay = 0.0;   ///< one way [s]
   double jitter = 0.0;  ///< uniform: half width; else the standard deviation of the table [s]
   Distribution distribution = Distribution::kNormal;
-  double correlation = 0.0;      ///< of successive delays, [0, 1), as netem draws it
-  double loss = 0.0;             ///< [0, 1], each packet by itself; not together with bursts
-  std::optional<Bursts> bursts;  ///< instead of `loss`
-  double duplicate = 0.0;        ///< [0, 1]
-  double reorder = 0.0;          ///< [0, 1]: sent at once, past those delayed; needs a delay
-  double rate_bit_per_s = 0.0;   ///< of the line, packets queue behind each other; 0: no limit
-  std::optional<Outage> outage;
-  std::shared_ptr<const RecordedSeries> recorded;  ///< instead of delay, jitter and loss
+  double correlation = 0.0;        ///< of successive delays, [0, 1), as netem draws it
+  double loss = 0.0;               ///< [0, 1], each packet by itself; not together with bursts
+  std::optional<Bursts> bursts{};  ///< instead of `loss`
+  double duplicate = 0.0;          ///< [0, 1]
+  double reorder = 0.0;            ///< [0, 1]: sent at once, past those delayed; needs a delay
+  double rate_bit_per_s = 0.0;     ///< of the line, packets queue behind each other; 0: no limit
+  std::optional<Outage> outage{};
+  std::shared_ptr<const RecordedSeries> recorded{};  ///< instead of delay, jitter and loss
 };
 
 /// Both directions. `there` is from a lower to a higher user, and central from the server to its
@@ -85,17 +85,38 @@ struct LinkConditions {
 /// loss, outages total loss; the rest stays. For runners that change netem as they go.
 [[nodiscard]] Condition at_time(const Condition& condition, double time);
 
-/// One link in virtual time. `packet_bytes`, for the rate, counts all headers down to IP and
-/// Ethernet as netem does. The series of a recording must outlive every loop made from this.
+/// Recordings as the modelled link wants them, packet by packet; loops point into it, so it must
+/// outlive them. Not for several threads at once.
+class FateStore {
+ public:
+  FateStore();
+  /// Extra delay of every packet sent at the packet rate [ticks]; negative: lost.
+  [[nodiscard]] const std::vector<double>& fates(const RecordedSeries& series,
+                                                 const core::Rates& rates);
+
+ private:
+  struct Entry {
+    const RecordedSeries* series;
+    double packet_hz, local_hz;
+    std::unique_ptr<std::vector<double>> fates;
+  };
+  std::vector<Entry> entries_;
+};
+
+/// One link in virtual time. `bytes` of a packet count for the rate, all headers down to Ethernet
+/// as netem does. Delays are drawn one by one whatever `correlation` says: netem takes the
+/// remainder of its correlated number by the size of its table, which leaves nothing of it.
 [[nodiscard]] core::LinkModelParameters modelled_link(const Condition& condition,
                                                       const core::Rates& rates, std::uint64_t seed,
-                                                      int packet_bytes);
+                                                      int bytes, FateStore& fates);
 
 /// Every link of the session, each with a seed of its own drawn from `seed`.
 [[nodiscard]] core::NetworkModel modelled_network(const LinkConditions& conditions,
-                                                  const core::Scene& scene, std::uint64_t seed);
+                                                  const core::Scene& scene, std::uint64_t seed,
+                                                  FateStore& fates);
 
-/// Bytes on the wire (payload, UDP, IP and Ethernet headers) of a state packet of this scene.
+/// Bytes on the wire (payload, UDP, IP and Ethernet headers) of a state packet of this scene, at
+/// most.
 [[nodiscard]] int packet_bytes(const core::Scene& scene);
 
 }  // namespace tandem::harness

@@ -42,25 +42,53 @@ struct Trajectory {
   std::int64_t first_slot = 0;        ///< measures are taken from here: all have joined
 };
 
-/// Stable or not, by a written rule. The envelope e(w) is the largest |deviation| in each of
-/// kWindows equal windows of the run: gap between copies and between every hand and the object,
-/// about their mean in the window. Unstable if any value leaves kBound or is not a number, or if
-/// the envelope of the second half, fitted by least squares of log e over time where e is above
-/// kFloor, grows by more than kGrowth a second, and by more than 10 % in all. Forced motion and
-/// noise of the network have a bounded envelope, whose fit is flat; instability is exponential, so
-/// a run that is long enough leaves no doubt; how long is in `doubling_time`.
+/// Stable or not, by a written rule. The run is cut into kWindows equal windows; the envelope e(w)
+/// is the widest range (largest less smallest) that any distance takes in window w: every hand from
+/// its object, every copy from the first user's, coordinate by coordinate. Forced motion, jitter
+/// and loss keep it bounded; instability is exponential. Not stable if
+/// - a distance leaves kBound or is no number, or
+/// - log e, fitted by least squares over the second half where e is above kFloor, rises by more
+/// than
+///   kGrowth a second and by more than kRise over the half, or
+/// - the last quarter's widest is more than kSwell times that of the first quarter that moved: what
+///   has grown until a saturation holds it.
+/// What grows slower than kGrowth a second is called stable: within 2 % a second of the boundary
+/// the verdict means nothing, and there points count as near it.
 struct Stability {
+  bool judged = false;  ///< false: too short, or nothing moved
   bool stable = true;
   std::string reason;                       ///< why not
   double growth_per_s = kNotMeasured;       ///< factor of the envelope a second
   double growth_per_packet = kNotMeasured;  ///< the same a packet period
-  double doubling_time = std::numeric_limits<double>::infinity();  ///< [s]
 };
 
 inline constexpr int kWindows = 16;
-inline constexpr double kBound = 10.0;   ///< [m]
-inline constexpr double kFloor = 1e-12;  ///< [m], below it there is only rounding
-inline constexpr double kGrowth = 1.02;  ///< a second
+inline constexpr double kBound = 1.0;    ///< [m]
+inline constexpr double kFloor = 1e-11;  ///< [m]; below it rounding of metres shows
+inline constexpr double kGrowth = 1.02;  ///< factor a second
+inline constexpr double kRise = 1.1;     ///< factor over the second half
+inline constexpr double kSwell = 5.0;    ///< last quarter over first
+
+/// Takes the distances as they come and judges at the end; nothing is stored but ranges.
+class StabilityMeter {
+ public:
+  /// A run of `seconds` from the first add; `packet_period` for growth_per_packet [s].
+  StabilityMeter(double seconds, double packet_period);
+  /// One distance (numbered by the caller, always alike) at `time` from the start [m].
+  void add(double time, int which, double distance);
+  /// True once nothing can change the verdict: a run may stop early.
+  [[nodiscard]] bool left_bounds() const { return left_; }
+  [[nodiscard]] Stability judge() const;
+
+ private:
+  struct Range {
+    double low = 1e300, high = -1e300;
+  };
+  double seconds_, period_;
+  std::vector<std::array<Range, kWindows>> ranges_;  ///< by distance
+  bool left_ = false;
+  double left_at_ = 0.0;
+};
 
 struct SiteMeasures {
   double packets_per_s = kNotMeasured, bytes_per_s = kNotMeasured;  ///< sent
@@ -74,9 +102,10 @@ struct SiteMeasures {
 /// Measures of one session (methods, section 4).
 struct Measures {
   Stability stability;
-  double gap_rms = kNotMeasured;             ///< widest distance of two copies' centres, RMS [m]
-  double gap_999 = kNotMeasured;             ///< the same, 99.9 % [m]
-  double drag = kNotMeasured;                ///< F / v under a constant force [N s/m]; own session
+  double gap_rms = kNotMeasured;  ///< widest distance of two copies' centres, RMS [m]
+  double gap_999 = kNotMeasured;  ///< the same, 99.9 % [m]
+  double drag = kNotMeasured;     ///< F / v under a constant force [N s/m]; own session
+  bool drag_settled = false;
   double rendered_stiffness = kNotMeasured;  ///< force over displacement, other hand held [N/m]
   double motion_to_force = kNotMeasured;     ///< hand moves until the other's force changes [s]
   std::vector<SiteMeasures> sites;
@@ -88,12 +117,15 @@ struct Measures {
 /// the same session with the same hand input where the network takes no time and loses nothing.
 [[nodiscard]] Measures measure(const Trajectory& session, const Trajectory* twin = nullptr);
 
-/// Drag of a session in which a constant `force` pushed one hand of `site`: its mean velocity over
-/// whole packet periods in the last quarter. Also gives whether it had settled (the velocity of the
-/// quarter before differs by less than 1 %).
+/// Drag of a session in which a constant `force` pushed one hand of `site` alone along x. The mean
+/// velocities v1, v2, v3 of the last three sixths of the run, taken over whole packet periods, are
+/// those of a mass against a viscous drag, v' = (F - b v) / m, whose end is known from three:
+///   q = (v3 - v2) / (v2 - v1) = e^(-b T/m),  b = F (1 - q) / (v1 (1 - q) + v2 - v1)
+/// also where it has not settled, where there is no drag (q = 1) and where it is negative (q > 1).
+/// Where v1 and v2 differ by less than 1 % it is F / v3.
 struct MeasuredDrag {
   double n_s_per_m = kNotMeasured;
-  bool settled = false;
+  bool settled = false;  ///< v3 differs from v2 by less than 1 %
 };
 [[nodiscard]] MeasuredDrag measure_drag(const Trajectory& session, int site, double force);
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <limits>
 #include <string>
 
@@ -19,9 +20,11 @@ struct Prediction {
   double growth_per_packet = std::numeric_limits<double>::quiet_NaN();  ///< spectral radius
   double drag = std::numeric_limits<double>::quiet_NaN();      ///< of drag_user() alone [N s/m]
   double coupling = std::numeric_limits<double>::quiet_NaN();  ///< k_o or k_2 as it is [N/m]
-  /// Upper end of the lowest stable interval of that coupling [N/m]: 0 nowhere stable, infinite
-  /// stable as far as was looked (64 times what the scene has).
+  /// Upper end of the stable interval of that coupling around what the scene has or, where that is
+  /// not stable, of the next one below [N/m]. 0: none down to a 64th; infinite: stable up to 64
+  /// times.
   double largest_coupling = std::numeric_limits<double>::quiet_NaN();
+  double stiffness = std::numeric_limits<double>::quiet_NaN();  ///< rendered, others held [N/m]
   /// The side changes within 10 % of the coupling or of the delays (at least a tick): what is
   /// measured may fall on either.
   bool near_boundary = false;
@@ -38,11 +41,34 @@ struct PredictOptions {
 [[nodiscard]] Prediction predict(const core::Scene& scene, const core::NetworkModel& network,
                                  const PredictOptions& options = {});
 
+/// Drag of drag_user() alone over a network of these delays; delays that are no whole ticks lie
+/// between their neighbours. Not a number where the analysis does not apply [N s/m].
+[[nodiscard]] double predicted_drag(const core::Scene& scene, const core::NetworkModel& network);
+
+/// Whether the map of drag_user() alone is stable: only then is there a drag to measure.
+[[nodiscard]] bool stable_alone(const core::Scene& scene, const core::NetworkModel& network);
+
+/// Largest stable value as Prediction::largest_coupling defines it, of any judge: from `now` up
+/// while stable or down while not, by `ratio`, then bisected to `precision` (a ratio, 1.01 is 1 %).
+[[nodiscard]] double largest_stable(double now, double ratio, double precision,
+                                    const std::function<bool(double)>& stable);
+
+/// Force over displacement that drag_user() feels at rest while the others' hands are held, of the
+/// scene `pressed` by that user; not a number where the analysis does not apply [N/m].
+[[nodiscard]] double predicted_stiffness(const core::Scene& pressed_scene,
+                                         const core::NetworkModel& network);
+
+/// Smallest one-way delay [s], the same both ways, in whole ticks, with which the scene is not
+/// stable; infinite if it is up to `longest`; 0: never stable.
+[[nodiscard]] double predicted_delay_boundary(const core::Scene& scene, double longest);
+
 /// A network without jitter and loss whose held samples have the same mean age as those of
 /// `network`, link by link, from its own model run over `packets` packets.
 [[nodiscard]] core::NetworkModel steady_network(const core::Scene& scene,
                                                 const core::NetworkModel& network,
                                                 int packets = 4096);
+/// Mean age of the samples in use over a steady network, over all links of the scene [s].
+[[nodiscard]] double mean_age(const core::Scene& scene, const core::NetworkModel& steady);
 /// Whether the two would be the same.
 [[nodiscard]] bool is_steady(const core::NetworkModel& network);
 

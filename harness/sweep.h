@@ -51,6 +51,10 @@ struct SweepOptions {
 /// or scene::SceneError: unknown names, impossible combinations, with what there is.
 [[nodiscard]] Sweep load_sweep(const std::string& name_or_file, const SweepOptions& options = {});
 
+/// The axis scenes, in every style, over one recorded network: `recorded` holds the fields of that
+/// message of harness/sweep.proto, round_trips: "FILE". Throws SweepError.
+[[nodiscard]] Sweep recorded_sweep(const std::string& recorded, const SweepOptions& options = {});
+
 /// The point's scene as a scene file, for nodes.
 [[nodiscard]] std::string scene_text(const SweepPoint& point);
 

@@ -77,6 +77,7 @@ TEST(PacketFates, AreTheChancesOfWholeTicks) {
   const std::vector<double> recorded = {0.2, 0.9, -1.0, 3.0, 3.5};
   core::LinkModelParameters from_record;
   from_record.recorded = recorded;
+  from_record.recorded_from_seed = true;
   fates = fates_of(from_record);
   EXPECT_NEAR(fates.fates.loss, 0.2, 1e-12);
   ASSERT_EQ(fates.fates.delays.size(), 3u);

@@ -1,0 +1,37 @@
+#pragma once
+
+#include <functional>
+#include <optional>
+#include <vector>
+
+#include <CLI/CLI.hpp>
+
+#include "harness/point_result.h"
+#include "harness/sweep.h"
+
+/// The part of `tandem netem` that uses real sockets.
+namespace tandem::cli {
+
+/// What the command line says beside the sweep.
+struct RealRequest {
+  bool quick = false;
+};
+
+void add_real_options(CLI::App& command, RealRequest& request);
+
+/// True: the command was one of the chores (clean up, look what there is) and is done.
+[[nodiscard]] bool do_chores(const RealRequest& request);
+
+/// Exit status of the same command run where netem is, if it is not here; empty: go on here.
+[[nodiscard]] std::optional<int> run_elsewhere(const RealRequest& request);
+
+/// Every point on real sockets; a point that fails is marked and the sweep goes on.
+/// `progress(done, all)` false: stops.
+[[nodiscard]] std::vector<harness::PointResult> run_real(
+    const harness::Sweep& sweep, const RealRequest& request,
+    const std::function<bool(int, int)>& progress);
+
+/// Machine and what real-time setting was granted, for the report.
+[[nodiscard]] std::string real_setting();
+
+}  // namespace tandem::cli

@@ -1,0 +1,177 @@
+#include "harness/condition.h"
+
+#include <cmath>
+#include <limits>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "core/random.h"
+
+namespace tandem::harness {
+namespace {
+
+std::string joined(const Condition& c) {
+  std::string text;
+  for (const std::string& word : netem_arguments(c)) text += (text.empty() ? "" : " ") + word;
+  return text;
+}
+
+core::LinkModelParameters link_of(const Condition& c) {
+  FateStore fates;
+  return modelled_link(c, core::Rates{}, 1, 125, fates);
+}
+
+// What `man tc-netem` asks for, word for word.
+TEST(Condition, IsSaidToNetemInItsOwnWords) {
+  EXPECT_EQ(joined({}), "");
+  EXPECT_EQ(joined({.delay = 0.005}), "delay 5ms");
+  EXPECT_EQ(joined({.delay = 0.01, .jitter = 0.002, .distribution = Distribution::kUniform}),
+            "delay 10ms 2ms");
+  EXPECT_EQ(joined({.delay = 0.01, .jitter = 0.002, .correlation = 0.25}),
+            "delay 10ms 2ms 25% distribution normal");
+  EXPECT_EQ(joined({.delay = 0.0015, .jitter = 1e-6, .distribution = Distribution::kParetoNormal}),
+            "delay 1.5ms 0.001ms distribution paretonormal");
+  EXPECT_EQ(joined({.loss = 0.05, .duplicate = 0.01}), "loss 5% duplicate 1%");
+  EXPECT_EQ(joined({.bursts = Bursts{0.01, 0.25, 1.0, 0.0}}), "loss gemodel 1% 25% 100% 0%");
+  EXPECT_EQ(joined({.delay = 0.01, .reorder = 0.1, .rate_bit_per_s = 1e6}),
+            "delay 10ms reorder 10% rate 1000000bit");
+}
+
+TEST(Condition, BecomesTicksOfTheModelledLink) {
+  const auto link = link_of({.delay = 0.0078125, .jitter = 0.001, .loss = 0.1, .duplicate = 0.2});
+  EXPECT_EQ(link.delay_ticks, 8.0);  // a packet period at 1024 and 128 Hz, exactly
+  EXPECT_NEAR(link.jitter_ticks, 1.024, 1e-12);
+  EXPECT_EQ(link.jitter, core::JitterKind::kNormal);
+  EXPECT_EQ(link.loss, 0.1);
+  EXPECT_EQ(link.duplicate, 0.2);
+  const auto burst = link_of({.bursts = Bursts{0.01, 0.25, 0.9, 0.02},
+                              .rate_bit_per_s = 1e6,
+                              .outage = Outage{1.0, 0.1, 2.0}});
+  EXPECT_EQ(burst.burst_enter, 0.01);
+  EXPECT_EQ(burst.burst_leave, 0.25);
+  EXPECT_EQ(burst.burst_loss, 0.9);
+  EXPECT_EQ(burst.loss, 0.02);
+  EXPECT_NEAR(burst.service_ticks, 1.024, 1e-12);  // 125 bytes at 1 Mbit/s are 1 ms
+  EXPECT_EQ(burst.outage_start, 1024);
+  EXPECT_EQ(burst.outage_length, 102);
+  EXPECT_EQ(burst.outage_period, 2048);
+}
+
+TEST(Condition, OfOneDirectionStaysThere) {
+  core::Scene scene;
+  scene.architecture = core::Architecture::kCentral;
+  scene.users.resize(2);
+  FateStore fates;
+  const auto network = modelled_network({{.delay = 1.0 / 128}, {}}, scene, 1, fates);
+  constexpr int kServer = core::NetworkModel::kServer;
+  EXPECT_EQ(network.link[0][1].delay_ticks, 8.0);
+  EXPECT_EQ(network.link[1][0].delay_ticks, 0.0);
+  EXPECT_EQ(network.link[kServer][1].delay_ticks, 8.0);  // the returned force
+  EXPECT_EQ(network.link[1][kServer].delay_ticks, 0.0);
+}
+
+TEST(Condition, SaysWhatIsWrongWithIt) {
+  const double nan = std::numeric_limits<double>::quiet_NaN();
+  const std::pair<Condition, const char*> wrong[] = {
+      {{.delay = -0.001}, "delay"},
+      {{.delay = nan}, "delay"},
+      {{.delay = 11.0}, "delay"},
+      {{.jitter = 0.001}, "needs a delay"},
+      {{.correlation = 0.5}, "without jitter"},
+      {{.loss = 5.0}, "fraction, not percent"},
+      {{.loss = 0.1, .bursts = Bursts{0.01, 0.25}}, "one kind of loss"},
+      {{.bursts = Bursts{0.0, 0.25}}, "bursts.enter"},
+      {{.bursts = Bursts{0.1, nan}}, "bursts.leave"},
+      {{.reorder = 0.1}, "without delay"},
+      {{.rate_bit_per_s = 10.0}, "rate_bit_per_s"},
+      {{.outage = Outage{1.0, 0.0}}, "outage.length"},
+      {{.outage = Outage{1.0, 2.0, 1.5}}, "outage.period"},
+  };
+  for (const auto& [condition, word] : wrong)
+    EXPECT_NE(problem_with(condition).find(word), std::string::npos) << word;
+  EXPECT_EQ(problem_with({}), "");
+  EXPECT_EQ(problem_with({.delay = 0.1, .jitter = 0.01, .loss = 1.0}), "");
+}
+
+TEST(Condition, OutageAndRecordingAreWhatHoldsAtThatTime) {
+  Condition c{.delay = 0.002, .outage = Outage{1.0, 0.5, 2.0}};
+  EXPECT_EQ(at_time(c, 0.99).loss, 0.0);
+  EXPECT_EQ(at_time(c, 1.2).loss, 1.0);
+  EXPECT_EQ(at_time(c, 1.2).delay, 0.002);
+  EXPECT_EQ(at_time(c, 1.6).loss, 0.0);
+  EXPECT_EQ(at_time(c, 3.1).loss, 1.0);
+  auto series = std::make_shared<RecordedSeries>();
+  series->time = {0.0, 1.0, 2.0};
+  series->delay = {0.01, std::nan(""), 0.03};
+  const Condition recorded{.recorded = series};
+  EXPECT_EQ(at_time(recorded, 0.5).delay, 0.01);
+  EXPECT_EQ(at_time(recorded, 1.5).loss, 1.0);
+  EXPECT_EQ(at_time(recorded, 2.9).delay, 0.03);
+  EXPECT_EQ(at_time(recorded, 3.5).delay, 0.01);  // from the start again
+}
+
+TEST(Condition, RecordingIsPlayedPacketByPacket) {
+  auto series = std::make_shared<RecordedSeries>();
+  series->time = {0.0, 0.5};
+  series->delay = {2.0 / 128, std::nan("")};
+  FateStore fates;
+  const auto p = modelled_link({.recorded = series}, core::Rates{}, 1, 100, fates);
+  ASSERT_EQ(p.recorded.size(), 128u);  // a second of packets, then again
+  core::LinkModel<int> link(p);
+  int arrived = 0;
+  for (int slot = 0; slot < 2048 + 32; ++slot) {
+    if (slot % 8 == 0 && slot < 2048) link.push(slot, slot);
+    link.deliver(slot, [&](int sent, std::int64_t, std::uint64_t) {
+      EXPECT_EQ(slot - sent, 16);
+      EXPECT_LT(sent % 1024, 512);
+      ++arrived;
+    });
+  }
+  EXPECT_EQ(arrived, 128);
+  EXPECT_EQ(link.lost(), 128);
+}
+
+// Packets that take longer to send than there is between them queue: the k-th leaves k service
+// times after the first came.
+TEST(Condition, SlowLineMakesPacketsQueue) {
+  core::LinkModelParameters p;
+  p.service_ticks = 12.0;
+  core::LinkModel<int> link(p);
+  int last = 0;
+  for (int slot = 0; slot < 400; ++slot) {
+    if (slot % 8 == 0 && slot < 80) link.push(slot / 8, slot);
+    link.deliver(slot, [&](int k, std::int64_t, std::uint64_t) {
+      EXPECT_EQ(slot, 12 * (k + 1));
+      last = k;
+    });
+  }
+  EXPECT_EQ(last, 9);
+}
+
+// Of iproute2's tables: mean 0 before the cut at 4; cut where u^(-1/3) = 4.5, so
+//   E x = 4/3 (3/2 (1 - u_c^(2/3)) + 4.5 u_c - 3/2),  u_c = 4.5^-3.
+TEST(Condition, ParetoDrawsHaveTheMomentsOfNetemsTable) {
+  core::Random random(5);
+  const int n = 400000;
+  double sum = 0, square = 0, mixed = 0;
+  for (int i = 0; i < n; ++i) {
+    const double x = random.netem_pareto();
+    EXPECT_LE(x, 4.0);
+    EXPECT_GE(x, -2.0 / 3.0 - 1e-12);
+    sum += x, square += x * x;
+    mixed += random.netem_pareto_normal();
+  }
+  const double uc = std::pow(4.5, -3.0);
+  const double mean = 4.0 / 3.0 * (1.5 * (1.0 - std::pow(uc, 2.0 / 3.0)) + 4.5 * uc - 1.5);
+  // E u^(-2/3) above the cut is 3 (1 - u_c^(1/3)).
+  const double second = 3.0 * (1.0 - std::cbrt(uc)) + 20.25 * uc;
+  const double first = 1.5 * (1.0 - std::pow(uc, 2.0 / 3.0)) + 4.5 * uc;
+  const double variance = 16.0 / 9.0 * (second - first * first);
+  EXPECT_NEAR(sum / n, mean, 4.0 * std::sqrt(variance / n));  // four standard errors
+  EXPECT_NEAR(square / n - mean * mean, variance, 0.02 * variance);
+  EXPECT_NEAR(mixed / n, 0.75 * mean, 0.01);  // the normal quarter has mean 0
+}
+
+}  // namespace
+}  // namespace tandem::harness

@@ -1,0 +1,115 @@
+#include "harness/prediction.h"
+
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "harness/tasks.h"
+#include "harness/virtual_run.h"
+#include "scene/load_scene.h"
+
+namespace tandem::harness {
+namespace {
+
+core::NetworkModel round_trip(const core::Scene& scene, double packets) {
+  core::NetworkModel network;
+  network.set_round_trip(packets, scene.ticks_per_packet());
+  return network;
+}
+
+// The reference analysis of the thesis: drag of Table 6.1 at N = 8, and the largest k2 at b2 = 3,
+// k1 = 1000 (third table of section 3).
+TEST(Prediction, IsTheReferenceAnalysis) {
+  const core::Scene distributed = scene::load_scene("axis_distributed");
+  const double drag[] = {2.0395, 4.2566, 6.4737};
+  for (int n = 0; n < 3; ++n)
+    EXPECT_NEAR(predicted_drag(distributed, round_trip(distributed, n)), drag[n], 1e-4);
+  const core::Scene central = scene::load_scene("axis_central");
+  const double k2[] = {870.2224, 256.4799, 137.0446, 84.16866};
+  for (int n = 0; n < 4; ++n) {
+    const Prediction p = predict(central, round_trip(central, n));
+    ASSERT_TRUE(p.judged) << p.note;
+    EXPECT_NEAR(p.largest_coupling, k2[n], 2e-4 * k2[n]);  // bisected to 1e-4
+    EXPECT_EQ(p.stable, n < 3);                            // k2 = 85
+    EXPECT_EQ(p.near_boundary, n == 3);
+  }
+}
+
+TEST(Prediction, DragOfHalfATickLiesBetween) {
+  const core::Scene scene = scene::load_scene("axis_distributed");
+  core::NetworkModel half;
+  half.link[0][1].delay_ticks = half.link[1][0].delay_ticks = 2.5;
+  core::NetworkModel two = half, three = half;
+  two.link[0][1].delay_ticks = two.link[1][0].delay_ticks = 2.0;
+  three.link[0][1].delay_ticks = three.link[1][0].delay_ticks = 3.0;
+  EXPECT_NEAR(predicted_drag(scene, half),
+              0.5 * (predicted_drag(scene, two) + predicted_drag(scene, three)), 1e-12);
+}
+
+// Independent loss p on a link without delay: a packet period more with each packet lost, in the
+// mean p / (1 - p) of them.
+TEST(SteadyNetwork, HasTheMeanAgeOfALossyOne) {
+  const core::Scene scene = scene::load_scene("axis_distributed");
+  core::NetworkModel network;
+  network.link[0][1].loss = network.link[1][0].loss = 0.2;
+  EXPECT_FALSE(is_steady(network));
+  const core::NetworkModel steady = steady_network(scene, network, 40000);
+  EXPECT_TRUE(is_steady(steady));
+  EXPECT_NEAR(steady.link[0][1].delay_ticks, 8.0 * 0.25, 0.1);  // 5 sd of 40000 packets
+  EXPECT_NEAR(mean_age(scene, steady), (2.0 + 3.5) / 1024.0, 1e-4);
+}
+
+TEST(VirtualTime, SaysTheSameAsThePrediction) {
+  for (const char* name : {"axis_central", "axis_distributed", "axis_distributed_split"})
+    for (const double n : {0.0, 1.0, 6.0}) {
+      SweepPoint point;
+      point.name = name;
+      point.scene = scene::load_scene(name);
+      point.network.there.delay = n / 128;
+      const PointResult r = run_virtual_point(point, {.seed = 1, .seconds = 8.0, .search = false});
+      ASSERT_TRUE(r.prediction.judged) << r.prediction.note;
+      EXPECT_TRUE(disagreements({r}).empty())
+          << name << " n = " << n << ": " << disagreements({r}).front().what;
+      if (!r.prediction.stable) continue;
+      EXPECT_NEAR(r.measures.drag, r.prediction.drag, 0.01 * r.prediction.drag + 1e-6) << name;
+      EXPECT_NEAR(r.measures.rendered_stiffness, r.prediction.stiffness,
+                  0.05 * r.prediction.stiffness)  // measured at 0.5 Hz, predicted at rest
+          << name;
+    }
+}
+
+TEST(VirtualTime, SearchFindsThePredictedLargestCoupling) {
+  const core::Scene scene = scene::load_scene("axis_central");
+  const core::NetworkModel network = round_trip(scene, 1.0);
+  EXPECT_NEAR(search_largest_coupling(scene, network, 10.0), 256.4799, 0.02 * 256.4799);
+}
+
+// Motion of hand 1 leaves with the next packet and then takes the delay: 8 ticks of it more, 8
+// ticks later.
+TEST(VirtualTime, MotionTakesTheDelayToTheOthersForce) {
+  SweepPoint point;
+  point.scene = scene::load_scene("axis_distributed");
+  double time[2];
+  for (int n = 0; n < 2; ++n) {
+    point.network.there.delay = n / 128.0;
+    time[n] = run_virtual_point(point, {.seed = 1, .seconds = 2.0, .search = false})
+                  .measures.motion_to_force;
+  }
+  EXPECT_NEAR(time[1] - time[0], 8.0 / 1024.0, 1.5 / 1024.0);
+}
+
+TEST(VirtualTime, SameSeedSameBits) {
+  SweepPoint point;
+  point.scene = scene::load_scene("axis_distributed_split");
+  point.network.there = point.network.back = {.delay = 0.004, .jitter = 0.002, .loss = 0.1};
+  const auto run = [&](std::uint64_t seed) {
+    return run_virtual_point(point, {.seed = seed, .seconds = 4.0, .search = false}).measures;
+  };
+  const Measures a = run(7), b = run(7), c = run(8);
+  EXPECT_EQ(a.gap_rms, b.gap_rms);
+  EXPECT_EQ(a.drag, b.drag);
+  EXPECT_NE(a.gap_rms, c.gap_rms);
+}
+
+}  // namespace
+}  // namespace tandem::harness

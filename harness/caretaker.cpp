@@ -49,13 +49,16 @@ Caretaker& Caretaker::instance() {
 
 bool Caretaker::interrupted() { return interruption.load(); }
 
-Caretaker::Caretaker() {
+void Caretaker::listen() {
   struct sigaction action {};
   action.sa_handler = note_interruption;
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+}
 
+Caretaker::Caretaker() {
+  listen();
   int ends[2];
   if (pipe2(ends, O_CLOEXEC) != 0) return;
   pid_ = fork();

@@ -16,9 +16,12 @@ class Caretaker {
   /// Whether SIGINT or SIGTERM has come since the start.
   [[nodiscard]] static bool interrupted();
 
+  /// Sets the signal handlers again, for callers who had others in between.
+  void listen();
+
   void kill_group_at_end(pid_t leader);
   void remove_folder_at_end(const std::string& folder);
-  /// All namespaces of this name, see Namespaces.
+  /// Its namespaces, if Namespaces made them; called by it.
   void remove_network_at_end(const std::string& name);
   /// All is done: nothing of what was told is needed any more.
   void forget();

@@ -1,5 +1,6 @@
 #include "harness/child.h"
 
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <csignal>
@@ -202,25 +203,28 @@ std::optional<int> Child::wait(double seconds) {
   return status_;
 }
 
-Ended run_program(const std::vector<std::string>& words, const std::string& input,
-                  double seconds) {
-  Child child(words, {.network = {}, .environment = {}, .takes_input = !input.empty()});
+Ended run_program(const std::vector<std::string>& words, const std::string& network,
+                  const std::string& input) {
+  constexpr double kLongest = 30.0;
+  Child child(words, {.network = network, .environment = {}, .takes_input = !input.empty()});
   if (!input.empty()) {
     child.write(input);
     child.end_input();
   }
-  if (!child.wait(seconds)) {
+  if (!child.wait(kLongest)) {
     child.signal(SIGKILL);
     (void)child.wait(5.0);
   }
   return {child.status().value_or(128 + SIGKILL), child.said()};
 }
 
-void must_run(const std::vector<std::string>& words, const std::string& input) {
-  const Ended ended = run_program(words, input);
+void must_run(const std::vector<std::string>& words, const std::string& network,
+              const std::string& input) {
+  const Ended ended = run_program(words, network, input);
   if (ended.status != 0)
-    throw HarnessError("`" + in_words(words) + "` ended with " + std::to_string(ended.status) +
-                       ": " + ended.said);
+    throw HarnessError("`" + in_words(words) + "`" +
+                       (network.empty() ? "" : " in network namespace " + network) +
+                       " ended with " + std::to_string(ended.status) + ": " + ended.said);
 }
 
 }  // namespace tandem::harness

@@ -55,12 +55,14 @@ struct Ended {
   std::string said;
 };
 
-/// Runs a program to its end, at most so many seconds; then it is killed and `status` is 137.
+/// Runs a program to its end, at most half a minute; then it is killed and `status` is 137.
+/// `network`: the network namespace it runs in; empty: ours.
 [[nodiscard]] Ended run_program(const std::vector<std::string>& words,
-                                const std::string& input = "", double seconds = 30.0);
+                                const std::string& network = "", const std::string& input = "");
 
 /// The same for what must work: throws HarnessError with the command and what it said.
-void must_run(const std::vector<std::string>& words, const std::string& input = "");
+void must_run(const std::vector<std::string>& words, const std::string& network = "",
+              const std::string& input = "");
 
 /// Path of a program in PATH or the system folders; empty: there is none.
 [[nodiscard]] std::string find_program(const std::string& name);

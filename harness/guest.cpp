@@ -10,8 +10,10 @@
 #include <fcntl.h>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
 #include <optional>
 #include <sched.h>
+#include <string_view>
 #include <sys/mount.h>
 #include <sys/prctl.h>
 #include <sys/syscall.h>
@@ -25,6 +27,7 @@
 #include "harness/caretaker.h"
 #include "harness/child.h"
 #include "harness/harness_error.h"
+#include "harness/namespaces.h"
 
 namespace tandem::harness {
 namespace {
@@ -33,6 +36,9 @@ namespace fs = std::filesystem;
 
 constexpr const char* kInside = "TANDEM_GUEST_MODULES";  // set in the guest: its modules' folder
 constexpr const char* kTerminal = "TANDEM_GUEST_TERMINAL";
+constexpr const char* kHost = "TANDEM_GUEST_HOST";
+constexpr const char* kFolderName = "tandem-guest-";
+constexpr int kPriority = 50;
 constexpr const char* kHint =
     "install it as root with `apt-get install --no-install-recommends user-mode-linux`, or let "
     "`scripts/netem` do it";
@@ -41,6 +47,21 @@ constexpr const char* kHint =
   std::string text = "'";
   for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
   return text + "'";
+}
+
+/// Whether we may have a real-time priority; tried, and given back.
+[[nodiscard]] bool may_be_first() {
+  const sched_param wanted{.sched_priority = kPriority}, ordinary{};
+  if (sched_setscheduler(0, SCHED_FIFO, &wanted) != 0) return false;
+  sched_setscheduler(0, SCHED_OTHER, &ordinary);
+  return true;
+}
+
+[[nodiscard]] std::string describe_host() {
+  utsname kernel{};
+  uname(&kernel);
+  return fmt::format("Linux {} ({}), one processor, SCHED_FIFO {} {}", kernel.release,
+                     kernel.version, kPriority, may_be_first() ? "granted" : "not granted");
 }
 
 /// What the guest's first process runs. The command's exit status and end are left in files.
@@ -52,7 +73,7 @@ constexpr const char* kHint =
   return fmt::format(
       "#!/bin/sh\n"
       "export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin\n"
-      "export HOME={home} LANG=C.UTF-8 {inside}={modules} {terminal}={watched}\n"
+      "export HOME={home} LANG=C.UTF-8 {inside}={modules} {terminal}={watched} {host}={described}\n"
       "cd {here}\n"
       "{command} >{folder}/out 2>{folder}/err </dev/null\n"
       "echo $? >{folder}/status.new && mv {folder}/status.new {folder}/status\n"
@@ -62,6 +83,7 @@ constexpr const char* kHint =
       fmt::arg("home", quoted(home != nullptr ? home : "/root")), fmt::arg("inside", kInside),
       fmt::arg("modules", quoted(kernel.modules)), fmt::arg("terminal", kTerminal),
       fmt::arg("watched", on_terminal() ? 1 : 0),
+      fmt::arg("host", kHost), fmt::arg("described", quoted(describe_host())),
       fmt::arg("here", quoted(fs::current_path().string())), fmt::arg("command", command),
       fmt::arg("folder", folder));
 }
@@ -138,7 +160,7 @@ void pin_to_one_processor() {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);
   pin_to_one_processor();
-  const sched_param priority{.sched_priority = 50};
+  const sched_param priority{.sched_priority = kPriority};
   sched_setscheduler(0, SCHED_FIFO, &priority);
   // Its process numbers file and sockets; its default is below HOME.
   setenv("HOME", folder.c_str(), 1);
@@ -151,14 +173,45 @@ void pin_to_one_processor() {
   _exit(127);
 }
 
-void load_module(const std::string& file) {
-  const int fd = open(file.c_str(), O_RDONLY | O_CLOEXEC);
-  if (fd < 0) throw HarnessError("module " + file + ": " + std::strerror(errno));
-  const long result = syscall(SYS_finit_module, fd, "", 0);
+/// What a module says it needs: "depends=ipv6,llc,stp" in its information.
+[[nodiscard]] std::vector<std::string> needs_of(const fs::path& module) {
+  std::ifstream in(module, std::ios::binary);
+  const std::string content{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  constexpr std::string_view kKey{"\0depends=", 9};
+  std::vector<std::string> needs;
+  const std::size_t begin = content.find(kKey);
+  if (begin == std::string::npos) return needs;
+  const std::string list = content.c_str() + begin + kKey.size();
+  for (std::size_t at = 0; at < list.size();) {
+    const std::size_t end = std::min(list.find(',', at), list.size());
+    needs.push_back(list.substr(at, end - at));
+    at = end + 1;
+  }
+  return needs;
+}
+
+/// The file of a module; names have - and _ alike.
+[[nodiscard]] fs::path find_module(const std::string& folder, std::string name) {
+  std::replace(name.begin(), name.end(), '-', '_');
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    std::string stem = entry.path().stem().string();
+    std::replace(stem.begin(), stem.end(), '-', '_');
+    if (entry.path().extension() == ".ko" && stem == name) return entry.path();
+  }
+  return {};  // part of the kernel itself
+}
+
+void load_module(const std::string& folder, const std::string& name) {
+  const fs::path module = find_module(folder, name);
+  if (module.empty()) return;
+  for (const std::string& need : needs_of(module)) load_module(folder, need);
+  const int fd = open(module.c_str(), O_RDONLY | O_CLOEXEC);
+  // No router is asked for, no address made up: nothing but our packets on the cables.
+  const long result = syscall(SYS_finit_module, fd, name == "ipv6" ? "disable_ipv6=1" : "", 0);
   const int error = errno;
   close(fd);
-  if (result != 0 && error != EEXIST)
-    throw HarnessError("module " + file + ": " + std::strerror(error));
+  if (fd < 0 || (result != 0 && error != EEXIST))
+    throw HarnessError("module " + module.string() + ": " + std::strerror(error));
 }
 
 }  // namespace
@@ -184,6 +237,11 @@ GuestKernel find_guest_kernel() {
 
 bool inside_guest() { return std::getenv(kInside) != nullptr; }
 
+std::string guest_host() {
+  const char* host = std::getenv(kHost);
+  return host != nullptr ? host : "";
+}
+
 void settle_inside_guest() {
   const auto mount_at = [](const char* type, const char* where) {
     if (mount(type, where, type, 0, nullptr) != 0 && errno != EBUSY)
@@ -194,9 +252,7 @@ void settle_inside_guest() {
   mount_at("tmpfs", "/run");
   fs::create_directories("/run/netns");
   const std::string modules = std::getenv(kInside);
-  for (const char* module : {"net/llc/llc.ko", "net/802/stp.ko", "net/bridge/bridge.ko",
-                             "drivers/net/veth.ko", "net/sched/sch_netem.ko"})
-    if (const std::string file = modules + "/" + module; fs::exists(file)) load_module(file);
+  for (const char* module : {"bridge", "veth", "sch_netem"}) load_module(modules, module);
   must_run({"ip", "link", "set", "lo", "up"});
 }
 
@@ -205,8 +261,35 @@ bool on_terminal() {
   return at_host != nullptr ? *at_host == '1' : isatty(STDERR_FILENO) == 1;
 }
 
+std::vector<std::string> left_guests() {
+  std::vector<std::string> left;
+  std::error_code error;
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(fs::temp_directory_path(error), error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(kFolderName)) continue;
+    const int owner = std::atoi(name.c_str() + std::strlen(kFolderName));
+    if (owner > 0 && owner != getpid() && !is_running_tandem(owner))
+      left.push_back(entry.path().string());
+  }
+  std::sort(left.begin(), left.end());
+  return left;
+}
+
+void remove_guests(const std::vector<std::string>& folders) {
+  for (const std::string& folder : folders) {
+    std::ifstream in(fs::path(folder) / "pid");
+    pid_t pid = 0;
+    std::error_code error;
+    if (in >> pid && pid > 1 &&
+        fs::read_symlink(fmt::format("/proc/{}/exe", pid), error).filename() == "linux.uml")
+      kill(-pid, SIGKILL);
+    fs::remove_all(folder, error);
+  }
+}
+
 int run_in_guest(const GuestKernel& kernel, const std::vector<std::string>& words) {
-  std::string folder = (fs::temp_directory_path() / "tandem-guest-XXXXXX").string();
+  std::string folder = (fs::temp_directory_path() / fmt::format("{}{}-XXXXXX", kFolderName, getpid())).string();
   if (mkdtemp(folder.data()) == nullptr)
     throw HarnessError("cannot make a folder for the guest, " + folder + ": " +
                        std::strerror(errno));
@@ -221,6 +304,7 @@ int run_in_guest(const GuestKernel& kernel, const std::vector<std::string>& word
 
   const pid_t guest = boot(kernel, folder);
   caretaker.kill_group_at_end(guest);
+  std::ofstream(folder + "/pid") << guest << "\n";
   Tail out(folder + "/out", stdout), err(folder + "/err", stderr);
   const auto begin = std::chrono::steady_clock::now();
   constexpr auto kBootTime = std::chrono::seconds(30);
@@ -244,7 +328,7 @@ int run_in_guest(const GuestKernel& kernel, const std::vector<std::string>& word
   std::error_code ignored;
   fs::remove_all(folder, ignored);
   caretaker.forget();
-  if (Caretaker::interrupted()) throw HarnessError("stopped before its end");
+  if (Caretaker::interrupted()) throw Interrupted();
   if (!ended)
     throw HarnessError("user-mode Linux (" + kernel.program +
                        ") ended or did not come up; its last words:\n" + console);

@@ -10,4 +10,10 @@ class HarnessError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
+/// Somebody wanted it to end: Ctrl-C or SIGTERM.
+class Interrupted : public HarnessError {
+ public:
+  Interrupted() : HarnessError("stopped before its end") {}
+};
+
 }  // namespace tandem::harness

@@ -16,6 +16,7 @@
 
 #include <fmt/format.h>
 
+#include "harness/caretaker.h"
 #include "harness/child.h"
 #include "harness/harness_error.h"
 
@@ -93,9 +94,9 @@ Namespaces::Namespaces(const std::string& name, int sites) : bridge_(name + "-br
     if (exists(one))
       throw HarnessError(fmt::format(
           "there is a network namespace {} already, which this run did not make and leaves alone; "
-          "look at it with `ip netns pids {}`, choose another --name, or if a killed run left it, "
-          "remove it with `tandem netem --clean`",
+          "see what runs in it with `ip netns pids {}`; choose another --name, or remove it",
           one, one));
+  Caretaker::instance().remove_network_at_end(name);
   try {
     make();
   } catch (...) {
@@ -125,7 +126,7 @@ void Namespaces::make() {
         "link set port{0} addrgenmode none\n"
         "link set port{0} master br0 up\n",
         i + 1, sites_[i]);
-  must_run({"ip", "-n", bridge_, "-batch", "-"}, at_bridge);
+  must_run({"ip", "-batch", "-"}, bridge_, at_bridge);
   for (int i = 0; i < count(); ++i) {
     std::string at_site = fmt::format(
         "link set lo up\n"
@@ -137,7 +138,7 @@ void Namespaces::make() {
       if (j != i)
         at_site += fmt::format("neigh replace {} lladdr {} dev eth0 nud permanent\n",
                                address_of(j), hardware_address(j));
-    must_run({"ip", "-n", sites_[i], "-batch", "-"}, at_site);
+    must_run({"ip", "-batch", "-"}, sites_[i], at_site);
   }
 }
 
@@ -148,12 +149,12 @@ void Namespaces::remove() noexcept {
 
 void Namespaces::shape(int site, const std::vector<std::string>& netem_arguments) {
   const std::string& name = sites_.at(site);
-  if (shaped_[site]) must_run({"tc", "-n", name, "qdisc", "del", "dev", "eth0", "root"});
+  if (shaped_[site]) must_run({"tc", "qdisc", "del", "dev", "eth0", "root"}, name);
   shaped_[site] = false;
   if (netem_arguments.empty()) return;
-  std::vector<std::string> words{"tc", "-n", name, "qdisc", "add", "dev", "eth0", "root", "netem"};
+  std::vector<std::string> words{"tc", "qdisc", "add", "dev", "eth0", "root", "netem"};
   words.insert(words.end(), netem_arguments.begin(), netem_arguments.end());
-  must_run(words);
+  must_run(words, name);
   shaped_[site] = true;
 }
 

@@ -51,7 +51,7 @@ void write_scene(const std::string& file, const core::Scene& scene) {
 }
 
 void stop_if_interrupted() {
-  if (Caretaker::interrupted()) throw HarnessError("stopped before its end");
+  if (Caretaker::interrupted()) throw Interrupted();
 }
 
 struct Started {

@@ -217,11 +217,11 @@ class RealSweep {
 
   /// Whether the analysis has this network itself and not one like it on average.
   [[nodiscard]] static bool is_steady(const LinkConditions& network) {
-    return std::all_of(std::begin({&network.there, &network.back}),
-                       std::end({&network.there, &network.back}), [](const Condition* c) {
-                         return c->jitter == 0.0 && c->loss == 0.0 && !c->bursts && !c->outage &&
-                                !c->recorded && c->reorder == 0.0 && c->duplicate == 0.0;
-                       });
+    const auto steady = [](const Condition& c) {
+      return c.jitter == 0.0 && c.loss == 0.0 && !c.bursts && !c.outage && !c.recorded &&
+             c.reorder == 0.0 && c.duplicate == 0.0;
+    };
+    return steady(network.there) && steady(network.back);
   }
 
   RealOptions options_;

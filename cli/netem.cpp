@@ -2,7 +2,6 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
-#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -11,6 +10,7 @@
 #include "cli/netem_report.h"
 #include "cli/options.h"
 #include "cli/picture.h"
+#include "harness/guest.h"
 #include "harness/prediction.h"
 #include "harness/virtual_run.h"
 #include "scene/load_scene.h"
@@ -40,7 +40,7 @@ volatile std::sig_atomic_t netem_interrupted = 0;
 class Progress {
  public:
   explicit Progress(std::string name) : name_(std::move(name)) {
-    terminal_ = isatty(STDERR_FILENO) != 0;
+    terminal_ = harness::on_terminal();
     before_ = std::signal(SIGINT, [](int) { netem_interrupted = 1; });
   }
   ~Progress() { std::signal(SIGINT, before_); }

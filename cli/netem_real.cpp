@@ -1,20 +1,155 @@
 #include "cli/netem_real.h"
 
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <sys/utsname.h>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
 #include "cli/commands.h"
+#include "harness/caretaker.h"
+#include "harness/child.h"
+#include "harness/guest.h"
+#include "harness/harness_error.h"
+#include "harness/namespaces.h"
+#include "harness/real_sweep.h"
 
 namespace tandem::cli {
+namespace {
 
-void add_real_options(CLI::App&, RealRequest&) {}
+/// Where a sweep on sockets can run on this machine, and if it cannot, what it needs.
+struct Place {
+  bool here = false;
+  harness::GuestKernel guest;  ///< ready: there
+  std::string why_not_here;
+};
 
-bool do_chores(const RealRequest&) { return false; }
-
-std::optional<int> run_elsewhere(const RealRequest&) { return std::nullopt; }
-
-std::vector<harness::PointResult> run_real(const harness::Sweep&, const RealRequest&,
-                                           const std::function<bool(int, int)>&) {
-  throw Failed("sweeps on real sockets are not in this build yet; add --virtual");
+Place find_place() {
+  Place place;
+  const harness::KernelSupport support = harness::try_netem();
+  place.here = support.netem;
+  place.why_not_here = support.why_not;
+  if (!place.here) place.guest = harness::find_guest_kernel();
+  return place;
 }
 
-std::string real_setting() { return {}; }
+std::string needs(const Place& place) {
+  return fmt::format(
+      "Real sockets behind netem need one of:\n"
+      "  root on a kernel with netem (modules sch_netem, veth, bridge) and Debian's iproute2; "
+      "here: {}\n"
+      "  user-mode Linux, which needs no root; here: {}\n"
+      "Or add --virtual: the same sweep in virtual time needs nothing.",
+      place.why_not_here, place.guest.why_not);
+}
+
+void check() {
+  const Place place = find_place();
+  if (place.here)
+    fmt::print("netem: in this kernel\n");
+  else if (place.guest.ready())
+    fmt::print("netem: not here ({}); in user-mode Linux, {}\n", place.why_not_here,
+               place.guest.program);
+  else
+    throw Failed(needs(place));
+}
+
+/// What killed runs left behind: named, and removed when asked for.
+void look_for_leftovers(bool remove) {
+  const auto namespaces = harness::left_namespaces();
+  const auto guests = harness::left_guests();
+  for (const std::string& name : namespaces)
+    fmt::print(stderr, "left by a killed run: network namespace {}\n", name);
+  for (const std::string& folder : guests)
+    fmt::print(stderr, "left by a killed run: user-mode Linux in {}\n", folder);
+  const std::size_t count = namespaces.size() + guests.size();
+  if (!remove) {
+    if (count > 0)
+      fmt::print(stderr, "they are left alone; `tandem netem --clean` removes them\n");
+    return;
+  }
+  if (count > 0 && !namespaces.empty() && geteuid() != 0)
+    throw Failed("removing network namespaces needs root");
+  harness::remove_namespaces(namespaces);
+  harness::remove_guests(guests);
+  std::fputs(count > 0 ? "removed\n" : "nothing is left of killed runs\n", stderr);
+}
+
+std::vector<std::string> own_command_line() {
+  std::ifstream in("/proc/self/cmdline", std::ios::binary);
+  std::vector<std::string> words;
+  for (std::string word; std::getline(in, word, '\0');) words.push_back(word);
+  words.at(0) = std::filesystem::read_symlink("/proc/self/exe").string();
+  return words;
+}
+
+}  // namespace
+
+void add_real_options(CLI::App& command, RealRequest& request) {
+  auto* real = command.add_option_group("real sockets");
+  real->add_option("--folder", request.folder,
+                   "scenes, recordings and reports of all nodes are kept here")
+      ->capture_default_str();
+  real->add_option("--name", request.name,
+                   "of the network namespaces: NAME-a-bridge, NAME-a-1, ... (default: "
+                   "tandem-<process number>)")
+      ->check([](const std::string& name) { return harness::problem_with_network_name(name); });
+  real->add_option("--at-once", request.at_once, "sessions that run at the same time")
+      ->check(CLI::Range(1, 4))
+      ->capture_default_str();
+  real->add_flag("--check", request.check, "only say where netem is on this machine");
+  real->add_flag("--clean", request.clean, "only remove what killed runs left behind");
+}
+
+bool do_chores(const RealRequest& request) {
+  if (request.clean) look_for_leftovers(true);
+  if (request.check) check();
+  return request.clean || request.check;
+}
+
+std::optional<int> run_elsewhere(const RealRequest&) {
+  (void)harness::Caretaker::instance();
+  if (harness::inside_guest()) {
+    harness::settle_inside_guest();
+    return std::nullopt;
+  }
+  look_for_leftovers(false);
+  const Place place = find_place();
+  if (place.here) return std::nullopt;
+  if (!place.guest.ready()) throw Failed(needs(place));
+  fmt::print(stderr, "no netem here ({}): everything runs in user-mode Linux, {}\n",
+             place.why_not_here, place.guest.program);
+  return harness::run_in_guest(place.guest, own_command_line());
+}
+
+std::vector<harness::PointResult> run_real(const harness::Sweep& sweep, const RealRequest& request,
+                                           const std::function<bool(int, int)>& progress) {
+  harness::Caretaker& caretaker = harness::Caretaker::instance();
+  caretaker.listen();
+  harness::RealOptions options;
+  options.program = std::filesystem::read_symlink("/proc/self/exe").string();
+  options.name = request.name.empty() ? harness::own_network_name() : request.name;
+  options.folder = request.folder;
+  options.at_once = request.at_once;
+  auto results = harness::run_real_sweep(
+      sweep, options, [&](int done, int all, const std::string& doing) {
+        if (harness::on_terminal() && !doing.empty())
+          fmt::print(stderr, "\r\033[K{}\n", doing);
+        if (!progress(done, all)) throw harness::Interrupted();
+      });
+  caretaker.forget();
+  return results;
+}
+
+std::string real_setting() {
+  utsname kernel{};
+  uname(&kernel);
+  const std::string own = fmt::format("Linux {} ({})", kernel.release, kernel.version);
+  return harness::inside_guest() ? fmt::format("user-mode {} on {}", own, harness::guest_host())
+                                 : own;
+}
 
 }  // namespace tandem::cli

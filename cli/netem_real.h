@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include <CLI/CLI.hpp>
@@ -15,6 +16,10 @@ namespace tandem::cli {
 /// What the command line says beside the sweep.
 struct RealRequest {
   bool quick = false;
+  bool check = false, clean = false;
+  std::string name;                   ///< of the namespaces; empty: tandem-<pid>
+  std::string folder = "tandem-netem";  ///< recordings and reports of the nodes
+  int at_once = 2;
 };
 
 void add_real_options(CLI::App& command, RealRequest& request);

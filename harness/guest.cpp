@@ -1,0 +1,338 @@
+#include "harness/guest.h"
+
+#include <algorithm>
+#include <cerrno>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstdlib>
+#include <cstring>
+#include <fcntl.h>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <optional>
+#include <sched.h>
+#include <string_view>
+#include <sys/mount.h>
+#include <sys/prctl.h>
+#include <sys/syscall.h>
+#include <sys/utsname.h>
+#include <sys/wait.h>
+#include <thread>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "harness/caretaker.h"
+#include "harness/child.h"
+#include "harness/harness_error.h"
+#include "harness/namespaces.h"
+
+namespace tandem::harness {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr const char* kInside = "TANDEM_GUEST_MODULES";  // set in the guest: its modules' folder
+constexpr const char* kTerminal = "TANDEM_GUEST_TERMINAL";
+constexpr const char* kHost = "TANDEM_GUEST_HOST";
+constexpr const char* kFolderName = "tandem-guest-";
+constexpr int kPriority = 50;
+constexpr const char* kHint =
+    "install it as root with `apt-get install --no-install-recommends user-mode-linux`, or let "
+    "`scripts/netem` do it";
+
+[[nodiscard]] std::string quoted(const std::string& word) {
+  std::string text = "'";
+  for (const char c : word) text += c == '\'' ? std::string("'\\''") : std::string(1, c);
+  return text + "'";
+}
+
+/// Whether we may have a real-time priority; tried, and given back.
+[[nodiscard]] bool may_be_first() {
+  const sched_param wanted{.sched_priority = kPriority}, ordinary{};
+  if (sched_setscheduler(0, SCHED_FIFO, &wanted) != 0) return false;
+  sched_setscheduler(0, SCHED_OTHER, &ordinary);
+  return true;
+}
+
+[[nodiscard]] std::string describe_host() {
+  utsname kernel{};
+  uname(&kernel);
+  return fmt::format("Linux {} ({}), one processor, SCHED_FIFO {} {}", kernel.release,
+                     kernel.version, kPriority, may_be_first() ? "granted" : "not granted");
+}
+
+/// What the guest's first process runs. The command's exit status and end are left in files.
+[[nodiscard]] std::string init_script(const GuestKernel& kernel, const std::string& folder,
+                                      const std::vector<std::string>& words) {
+  std::string command;
+  for (const std::string& word : words) command += quoted(word) + " ";
+  const char* home = std::getenv("HOME");
+  return fmt::format(
+      "#!/bin/sh\n"
+      "export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin\n"
+      "export HOME={home} LANG=C.UTF-8 {inside}={modules} {terminal}={watched} {host}={described}\n"
+      "cd {here}\n"
+      "{command} >{folder}/out 2>{folder}/err </dev/null\n"
+      "echo $? >{folder}/status.new && mv {folder}/status.new {folder}/status\n"
+      "sync\n"
+      "echo o >/proc/sysrq-trigger\n"
+      "sleep 60\n",
+      fmt::arg("home", quoted(home != nullptr ? home : "/root")), fmt::arg("inside", kInside),
+      fmt::arg("modules", quoted(kernel.modules)), fmt::arg("terminal", kTerminal),
+      fmt::arg("watched", on_terminal() ? 1 : 0),
+      fmt::arg("host", kHost), fmt::arg("described", quoted(describe_host())),
+      fmt::arg("here", quoted(fs::current_path().string())), fmt::arg("command", command),
+      fmt::arg("folder", folder));
+}
+
+/// Copies what has been added to a file since the last look.
+class Tail {
+ public:
+  Tail(std::string file, std::FILE* to) : file_(std::move(file)), to_(to) {}
+  void copy() {
+    std::ifstream in(file_, std::ios::binary);
+    if (!in || !in.seekg(done_)) return;
+    char buffer[4096];
+    while (in.read(buffer, sizeof(buffer)), in.gcount() > 0) {
+      std::fwrite(buffer, 1, static_cast<std::size_t>(in.gcount()), to_);
+      done_ += in.gcount();
+    }
+    std::fflush(to_);
+  }
+
+ private:
+  std::string file_;
+  std::FILE* to_;
+  std::streamoff done_ = 0;
+};
+
+[[nodiscard]] std::optional<int> read_status(const std::string& file) {
+  std::ifstream in(file);
+  int status = 0;
+  if (in >> status) return status;
+  return std::nullopt;
+}
+
+[[nodiscard]] std::string last_lines(const std::string& file) {
+  std::ifstream in(file);
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  std::string text;
+  constexpr std::size_t kShown = 6;
+  for (std::size_t i = lines.size() > kShown ? lines.size() - kShown : 0; i < lines.size(); ++i)
+    text += "  " + lines[i] + "\n";
+  return text;
+}
+
+/// The last processor we may use: the first ones take most of the machine's interrupts.
+void pin_to_one_processor() {
+  cpu_set_t allowed;
+  if (sched_getaffinity(0, sizeof(allowed), &allowed) != 0) return;
+  int last = -1;
+  for (int c = 0; c < CPU_SETSIZE; ++c)
+    if (CPU_ISSET(c, &allowed)) last = c;
+  cpu_set_t one;
+  CPU_ZERO(&one);
+  CPU_SET(last, &one);
+  sched_setaffinity(0, sizeof(one), &one);
+}
+
+[[nodiscard]] pid_t boot(const GuestKernel& kernel, const std::string& folder) {
+  const std::string init = "init=" + folder + "/init";
+  const std::string console = folder + "/console";
+  const std::vector<std::string> words{
+      kernel.program, "mem=768M", "rootfstype=hostfs", "rootflags=/", "rw", init,
+      "con=null",     "con0=null,fd:1", "quiet", "panic=-1", "umid=" + fs::path(folder).filename().string()};
+  std::vector<char*> argv;
+  for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
+  argv.push_back(nullptr);
+  const pid_t parent = getpid();
+  const pid_t pid = fork();
+  if (pid < 0) throw HarnessError(std::string("cannot fork: ") + std::strerror(errno));
+  if (pid > 0) {
+    setpgid(pid, pid);
+    return pid;
+  }
+  setpgid(0, 0);
+  prctl(PR_SET_PDEATHSIG, SIGTERM);
+  if (getppid() != parent) _exit(1);
+  pin_to_one_processor();
+  const sched_param priority{.sched_priority = kPriority};
+  sched_setscheduler(0, SCHED_FIFO, &priority);
+  // Its process numbers file and sockets; its default is below HOME.
+  setenv("HOME", folder.c_str(), 1);
+  const int nowhere = open("/dev/null", O_RDONLY);
+  const int out = open(console.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
+  dup2(nowhere, STDIN_FILENO);
+  dup2(out, STDOUT_FILENO);
+  dup2(out, STDERR_FILENO);
+  execv(argv[0], argv.data());
+  _exit(127);
+}
+
+/// What a module says it needs: "depends=ipv6,llc,stp" in its information.
+[[nodiscard]] std::vector<std::string> needs_of(const fs::path& module) {
+  std::ifstream in(module, std::ios::binary);
+  const std::string content{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  constexpr std::string_view kKey{"\0depends=", 9};
+  std::vector<std::string> needs;
+  const std::size_t begin = content.find(kKey);
+  if (begin == std::string::npos) return needs;
+  const std::string list = content.c_str() + begin + kKey.size();
+  for (std::size_t at = 0; at < list.size();) {
+    const std::size_t end = std::min(list.find(',', at), list.size());
+    needs.push_back(list.substr(at, end - at));
+    at = end + 1;
+  }
+  return needs;
+}
+
+/// The file of a module; names have - and _ alike.
+[[nodiscard]] fs::path find_module(const std::string& folder, std::string name) {
+  std::replace(name.begin(), name.end(), '-', '_');
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(folder)) {
+    std::string stem = entry.path().stem().string();
+    std::replace(stem.begin(), stem.end(), '-', '_');
+    if (entry.path().extension() == ".ko" && stem == name) return entry.path();
+  }
+  return {};  // part of the kernel itself
+}
+
+void load_module(const std::string& folder, const std::string& name) {
+  const fs::path module = find_module(folder, name);
+  if (module.empty()) return;
+  for (const std::string& need : needs_of(module)) load_module(folder, need);
+  const int fd = open(module.c_str(), O_RDONLY | O_CLOEXEC);
+  // No router is asked for, no address made up: nothing but our packets on the cables.
+  const long result = syscall(SYS_finit_module, fd, name == "ipv6" ? "disable_ipv6=1" : "", 0);
+  const int error = errno;
+  close(fd);
+  if (fd < 0 || (result != 0 && error != EEXIST))
+    throw HarnessError("module " + module.string() + ": " + std::strerror(error));
+}
+
+}  // namespace
+
+GuestKernel find_guest_kernel() {
+  GuestKernel kernel;
+  kernel.program = find_program("linux.uml");
+  if (kernel.program.empty()) {
+    kernel.why_not = std::string("Debian's package user-mode-linux is not installed; ") + kHint;
+    return kernel;
+  }
+  const fs::path modules =
+      fs::canonical(kernel.program).parent_path().parent_path() / "lib" / "uml" / "modules";
+  std::error_code error;
+  for (const fs::directory_entry& entry : fs::directory_iterator(modules, error))
+    if (fs::exists(entry.path() / "kernel" / "net" / "sched" / "sch_netem.ko"))
+      kernel.modules = (entry.path() / "kernel").string();
+  if (kernel.modules.empty())
+    kernel.why_not = fmt::format("{} has no module sch_netem below {}; {}", kernel.program,
+                                 modules.string(), kHint);
+  return kernel;
+}
+
+bool inside_guest() { return std::getenv(kInside) != nullptr; }
+
+std::string guest_host() {
+  const char* host = std::getenv(kHost);
+  return host != nullptr ? host : "";
+}
+
+void settle_inside_guest() {
+  const auto mount_at = [](const char* type, const char* where) {
+    if (mount(type, where, type, 0, nullptr) != 0 && errno != EBUSY)
+      throw HarnessError(fmt::format("cannot mount {}: {}", where, std::strerror(errno)));
+  };
+  mount_at("proc", "/proc");
+  mount_at("sysfs", "/sys");
+  mount_at("tmpfs", "/run");
+  fs::create_directories("/run/netns");
+  const std::string modules = std::getenv(kInside);
+  for (const char* module : {"bridge", "veth", "sch_netem"}) load_module(modules, module);
+  must_run({"ip", "link", "set", "lo", "up"});
+}
+
+bool on_terminal() {
+  const char* at_host = std::getenv(kTerminal);
+  return at_host != nullptr ? *at_host == '1' : isatty(STDERR_FILENO) == 1;
+}
+
+std::vector<std::string> left_guests() {
+  std::vector<std::string> left;
+  std::error_code error;
+  for (const fs::directory_entry& entry :
+       fs::directory_iterator(fs::temp_directory_path(error), error)) {
+    const std::string name = entry.path().filename().string();
+    if (!name.starts_with(kFolderName)) continue;
+    const int owner = std::atoi(name.c_str() + std::strlen(kFolderName));
+    if (owner > 0 && owner != getpid() && !is_running_tandem(owner))
+      left.push_back(entry.path().string());
+  }
+  std::sort(left.begin(), left.end());
+  return left;
+}
+
+void remove_guests(const std::vector<std::string>& folders) {
+  for (const std::string& folder : folders) {
+    std::ifstream in(fs::path(folder) / "pid");
+    pid_t pid = 0;
+    std::error_code error;
+    if (in >> pid && pid > 1 &&
+        fs::read_symlink(fmt::format("/proc/{}/exe", pid), error).filename() == "linux.uml")
+      kill(-pid, SIGKILL);
+    fs::remove_all(folder, error);
+  }
+}
+
+int run_in_guest(const GuestKernel& kernel, const std::vector<std::string>& words) {
+  std::string folder = (fs::temp_directory_path() / fmt::format("{}{}-XXXXXX", kFolderName, getpid())).string();
+  if (mkdtemp(folder.data()) == nullptr)
+    throw HarnessError("cannot make a folder for the guest, " + folder + ": " +
+                       std::strerror(errno));
+  Caretaker& caretaker = Caretaker::instance();
+  caretaker.remove_folder_at_end(folder);
+  {
+    std::ofstream init(folder + "/init");
+    init << init_script(kernel, folder, words);
+    if (!init.flush()) throw HarnessError("cannot write " + folder + "/init: disk full?");
+  }
+  fs::permissions(folder + "/init", fs::perms::owner_all);
+
+  const pid_t guest = boot(kernel, folder);
+  caretaker.kill_group_at_end(guest);
+  std::ofstream(folder + "/pid") << guest << "\n";
+  Tail out(folder + "/out", stdout), err(folder + "/err", stderr);
+  const auto begin = std::chrono::steady_clock::now();
+  constexpr auto kBootTime = std::chrono::seconds(30);
+  int status = 0;
+  bool gone = false;
+  std::optional<int> ended;
+  while (!gone && !ended && !Caretaker::interrupted()) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    gone = waitpid(guest, &status, WNOHANG) == guest;
+    out.copy();
+    err.copy();
+    ended = read_status(folder + "/status");
+    if (!fs::exists(folder + "/err") && std::chrono::steady_clock::now() - begin > kBootTime) break;
+  }
+  out.copy();
+  err.copy();
+  // It has nothing left to do: its files are ours, written through.
+  kill(-guest, SIGKILL);
+  if (!gone) waitpid(guest, &status, 0);
+  const std::string console = last_lines(folder + "/console");
+  std::error_code ignored;
+  fs::remove_all(folder, ignored);
+  caretaker.forget();
+  if (Caretaker::interrupted()) throw Interrupted();
+  if (!ended)
+    throw HarnessError("user-mode Linux (" + kernel.program +
+                       ") ended or did not come up; its last words:\n" + console);
+  return *ended;
+}
+
+}  // namespace tandem::harness

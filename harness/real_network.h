@@ -1,0 +1,90 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "core/scene.h"
+#include "harness/condition.h"
+#include "harness/namespaces.h"
+
+namespace tandem::harness {
+
+/// One process of a session that has run.
+struct RealNode {
+  std::string name;       ///< "server", "client 2", "replica 1"
+  std::string user;       ///< "server" for a server
+  std::string recording;  ///< its file
+  std::string said;
+  int exit_status = 0;
+  nlohmann::ordered_json report;  ///< what it wrote with --json; null: nothing
+};
+
+struct RealSession {
+  std::vector<RealNode> nodes;
+  std::string failure;  ///< why it did not end well, with what the node said; empty: it did
+  std::int64_t start_ns = 0;
+};
+
+/// A session to run on sockets.
+struct SessionRequest {
+  core::Scene scene;
+  LinkConditions network;
+  double seconds = 5.0;
+  std::string base;  ///< files are BASE.scene, BASE_user_1.h5, BASE_user_1.json, ...
+};
+
+/// What `tandem probe` saw in one direction, the other one clear.
+struct SeenDirection {
+  std::int64_t sent = 0, lost = 0, duplicates = 0, reordered = 0;
+  double delay_p50 = 0.0;   ///< round trip less half that of a clear network [s]
+  double delay_mean = 0.0;  ///< the same of the mean [s]
+  double delay_sd = 0.0;    ///< of the round trip [s]
+  double rate_bit_per_s = 0.0;  ///< of the line, from two sizes of datagram; 0: not limited
+};
+
+struct ProbeRequest {
+  double rate_hz = 500.0;
+  double seconds = 2.0;
+};
+
+/// Workstations on this machine with netem between them; see Namespaces. Made once for many
+/// sessions. For one thread.
+class RealNetwork {
+ public:
+  /// `program`: the tandem that is started as nodes. Throws HarnessError.
+  RealNetwork(const std::string& name, int sites, std::string program);
+
+  RealNetwork(const RealNetwork&) = delete;
+  RealNetwork& operator=(const RealNetwork&) = delete;
+
+  /// Sends probes from site 0 to site 1 and back through one direction's condition at a time.
+  [[nodiscard]] SeenDirection probe(const Condition& condition, const ProbeRequest& request);
+
+ private:
+  friend class RunningSession;
+  [[nodiscard]] nlohmann::json probe_once(const ProbeRequest& request, int bytes);
+
+  Namespaces spaces_;
+  std::string program_;
+  double clear_p50_ = -1.0, clear_mean_ = 0.0;
+};
+
+/// Runs a session on each of the networks, all at the same time: puts the conditions on all ways
+/// out, starts the nodes together, plays what changes, and waits for their end. A node that dies
+/// ends its session; that, and a run that takes far too long, is in `failure` and is no exception.
+/// Throws HarnessError for what concerns the network itself and when interrupted.
+struct Assignment {
+  RealNetwork* network = nullptr;
+  SessionRequest request;
+};
+[[nodiscard]] std::vector<RealSession> run_sessions(const std::vector<Assignment>& assignments);
+
+/// The condition on a site's way out: `there` leads from lower to higher users and from a server,
+/// `back` the other way; with more than two sites both are the same.
+[[nodiscard]] const Condition& way_out(const LinkConditions& network, int site);
+
+}  // namespace tandem::harness

@@ -1,0 +1,225 @@
+#include "harness/recorded_session.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <optional>
+
+#include <fmt/format.h>
+
+#include "core/packet.h"
+#include "harness/harness_error.h"
+#include "recording/recording_reader.h"
+
+namespace tandem::harness {
+namespace {
+
+constexpr int kServer = core::NetworkModel::kServer;
+
+/// One recording in memory: a few seconds of it.
+struct Node {
+  const RealNode* real = nullptr;
+  int site = 0;  ///< user, or kServer
+  std::vector<core::TickRecord> ticks;
+  std::vector<core::PacketRecord> packets;  ///< from peers, as used
+};
+
+[[nodiscard]] int site_of(std::uint32_t sender) {
+  return sender == core::kServerSender ? kServer : static_cast<int>(sender);
+}
+
+[[nodiscard]] std::string name_of(int site, const core::Scene& scene) {
+  return site == kServer ? "server" : scene.users.at(site).name;
+}
+
+[[nodiscard]] Node read_node(const RealNode& real, const core::Scene& scene) {
+  recording::RecordingReader reader(real.recording);
+  Node node;
+  node.real = &real;
+  node.site = real.user == "server" ? kServer : core::index_of(scene.users, real.user);
+  node.ticks = reader.ticks(0, reader.tick_count());
+  node.packets = reader.packets(0, reader.packet_count());
+  // A server also logs the hands of its further local users, without a number.
+  std::erase_if(node.packets, [](const core::PacketRecord& p) { return p.packet.sequence == 0; });
+  if (node.ticks.empty()) throw HarnessError(real.name + " recorded nothing: " + real.recording);
+  return node;
+}
+
+/// Whom a node hears.
+[[nodiscard]] std::vector<int> peers_of(int site, const core::Scene& scene) {
+  std::vector<int> peers;
+  const bool central = scene.architecture == core::Architecture::kCentral ||
+                       scene.architecture == core::Architecture::kSingle;
+  if (central && site != kServer) return {kServer};
+  for (std::size_t u = 0; u < scene.users.size(); ++u)
+    if (static_cast<int>(u) != site &&
+        !(central && (scene.users[u].local || scene.architecture == core::Architecture::kSingle)))
+      peers.push_back(static_cast<int>(u));
+  return peers;
+}
+
+/// The slot from which every site has heard everyone.
+[[nodiscard]] std::int64_t all_joined(const std::vector<Node>& nodes, const core::Scene& scene) {
+  std::int64_t slot = 0;
+  for (const Node& node : nodes)
+    for (const int peer : peers_of(node.site, scene)) {
+      const auto first = std::find_if(
+          node.packets.begin(), node.packets.end(),
+          [&](const core::PacketRecord& p) { return site_of(p.peer) == peer; });
+      if (first == node.packets.end())
+        throw HarnessError(fmt::format("{} never heard {}; it said:\n{}", node.real->name,
+                                       name_of(peer, scene), node.real->said));
+      slot = std::max(slot, first->slot);
+    }
+  return slot;
+}
+
+[[nodiscard]] SiteSample sample_of(const core::TickRecord& tick, const core::Scene& scene) {
+  SiteSample sample;
+  sample.slot = tick.slot;
+  for (int f = 0; f < core::kMaxFingers; ++f) {
+    sample.hand[f] = tick.hands[f].position;
+    sample.force[f] = tick.command[f];
+  }
+  const auto& object = tick.objects[0];
+  sample.object.x = object[0];
+  if (scene.space != core::Space::kAxis) sample.object.y = object[1];
+  if (scene.space == core::Space::kPlane) sample.angle = object[2];
+  if (scene.space == core::Space::kSpace) sample.object.z = object[2];
+  return sample;
+}
+
+/// What a site's network port has given it, as the others heard it.
+void add_energy(SiteTrajectory& site, int user, const std::vector<Node>& nodes) {
+  std::map<std::int64_t, double> energy;  // by the sender's slot
+  for (const Node& node : nodes)
+    for (const core::PacketRecord& p : node.packets)
+      if (site_of(p.peer) == user)
+        energy[p.packet.slot] = p.packet.energy_out - p.packet.energy_in;
+  site.has_network_energy = !energy.empty();
+  double given = 0.0;
+  auto next = energy.begin();
+  for (SiteSample& sample : site.samples) {
+    for (; next != energy.end() && next->first <= sample.slot; ++next) given = next->second;
+    sample.network_energy = given;
+  }
+}
+
+[[nodiscard]] SiteTrajectory trajectory_of(const Node& node, const std::vector<Node>& nodes,
+                                     const core::Scene& scene, int packet_bytes) {
+  SiteTrajectory site;
+  int user = node.site;
+  const bool server = node.site == kServer;
+  if (server) {  // the first user who sits there is in its record
+    const auto local = std::find_if(
+        scene.users.begin(), scene.users.end(), [&](const core::UserParameters& u) {
+          return u.local || scene.architecture == core::Architecture::kSingle;
+        });
+    user = local == scene.users.end() ? kServer
+                                      : static_cast<int>(local - scene.users.begin());
+  }
+  site.user = name_of(user, scene);
+  site.fingers = user == kServer ? 0 : static_cast<int>(scene.users[user].fingers.size());
+  site.has_object = server || scene.architecture == core::Architecture::kDistributed ||
+                    scene.architecture == core::Architecture::kDistributedSplit;
+  site.samples.reserve(node.ticks.size());
+  for (const core::TickRecord& tick : node.ticks) site.samples.push_back(sample_of(tick, scene));
+  if (!server && site.has_object) add_energy(site, node.site, nodes);
+  site.packets_sent = node.real->report.value("packets_sent", std::int64_t{0});
+  site.packets_accepted = node.real->report.value("packets_received", std::int64_t{0});
+  site.bytes_sent = site.packets_sent * packet_bytes;
+  return site;
+}
+
+template <typename Key>
+[[nodiscard]] std::pair<Key, std::int64_t> most_frequent(const std::map<Key, std::int64_t>& counts) {
+  std::pair<Key, std::int64_t> most{};
+  for (const auto& [key, count] : counts)
+    if (count > most.second) most = {key, count};
+  return most;
+}
+
+[[nodiscard]] MeasuredLink measure_link(const Node& receiver, int from, std::int64_t first_slot,
+                                        const core::Scene& scene) {
+  MeasuredLink link;
+  link.from = from;
+  link.to = receiver.site;
+  link.from_name = name_of(from, scene);
+  link.to_name = name_of(receiver.site, scene);
+  std::map<int, std::int64_t> delays, phases;
+  std::uint64_t first = 0, last = 0;
+  double sum = 0.0, squares = 0.0, ages = 0.0;
+  std::int64_t ticks = 0;
+  std::optional<std::int64_t> held;  // slot of the sample in use
+  auto packet = receiver.packets.begin();
+  for (const core::TickRecord& tick : receiver.ticks) {
+    for (; packet != receiver.packets.end() && packet->slot <= tick.slot; ++packet) {
+      if (site_of(packet->peer) != from) continue;
+      held = packet->packet.slot;
+      if (packet->slot < first_slot) continue;
+      const int delay = static_cast<int>(packet->slot - *held);
+      ++delays[delay];
+      ++phases[static_cast<int>(*held % scene.ticks_per_packet())];
+      sum += delay;
+      squares += static_cast<double>(delay) * delay;
+      if (link.used++ == 0) first = packet->packet.sequence;
+      last = packet->packet.sequence;
+    }
+    if (tick.slot < first_slot || !held) continue;
+    ages += static_cast<double>(tick.slot - *held);
+    ++ticks;
+  }
+  if (link.used == 0) return link;
+  const double n = static_cast<double>(link.used);
+  link.sent = static_cast<std::int64_t>(last - first + 1);
+  link.mean_ticks = sum / n;
+  link.sd_ticks = std::sqrt(std::max(0.0, squares / n - link.mean_ticks * link.mean_ticks));
+  const auto usual = most_frequent(delays);
+  link.usual_ticks = usual.first;
+  link.usual_share = static_cast<double>(usual.second) / n;
+  link.least_ticks = delays.begin()->first;
+  link.most_ticks = delays.rbegin()->first;
+  link.phase_ticks = most_frequent(phases).first;
+  link.mean_age = ages / static_cast<double>(std::max<std::int64_t>(1, ticks));
+  return link;
+}
+
+}  // namespace
+
+RecordedSession read_session(const RealSession& session, const core::Scene& scene,
+                             int packet_bytes) {
+  std::vector<Node> nodes;
+  for (const RealNode& real : session.nodes) nodes.push_back(read_node(real, scene));
+  RecordedSession recorded;
+  Trajectory& trajectory = recorded.trajectory;
+  trajectory.tick = scene.tick();
+  trajectory.ticks_per_packet = scene.ticks_per_packet();
+  trajectory.first_slot = all_joined(nodes, scene);
+  for (const Node& node : nodes) {
+    trajectory.sites.push_back(trajectory_of(node, nodes, scene, packet_bytes));
+    for (const int peer : peers_of(node.site, scene))
+      recorded.links.push_back(measure_link(node, peer, trajectory.first_slot, scene));
+  }
+  // By user; a server without one comes last.
+  std::stable_sort(trajectory.sites.begin(), trajectory.sites.end(),
+                   [&](const SiteTrajectory& a, const SiteTrajectory& b) {
+                     const auto order = [&](const SiteTrajectory& s) {
+                       const int user = core::index_of(scene.users, s.user);
+                       return user < 0 ? core::kMaxUsers : user;
+                     };
+                     return order(a) < order(b);
+                   });
+  return recorded;
+}
+
+core::NetworkModel measured_network(const std::vector<MeasuredLink>& links) {
+  core::NetworkModel network;
+  for (const MeasuredLink& link : links) {
+    network.link[link.from][link.to].delay_ticks = link.usual_ticks;
+    network.phase_ticks[link.from] = link.phase_ticks;
+  }
+  return network;
+}
+
+}  // namespace tandem::harness

@@ -108,16 +108,6 @@ class CentralLoop {
   [[nodiscard]] const core::FingerOutput<Vector>& output(int user) const noexcept {
     return outputs_[user];
   }
-  /// Age of what the server last accepted from a remote user [s]; 0 before the first.
-  [[nodiscard]] double age(int user) const noexcept {
-    return static_cast<double>(up_[user].age(slot_ > 0 ? slot_ - 1 : 0)) * T_;
-  }
-  /// Packets to the server that the link has lost so far, of those sent: 0 .. 1.
-  [[nodiscard]] double loss(int user) const noexcept {
-    const auto& link = up_[user].link();
-    return link.sent() == 0 ? 0.0
-                            : static_cast<double>(link.lost()) / static_cast<double>(link.sent());
-  }
   [[nodiscard]] std::int64_t packets_sent() const noexcept {
     std::int64_t sum = 0;
     for (int u = 0; u < users_; ++u)

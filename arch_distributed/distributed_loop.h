@@ -89,16 +89,6 @@ class DistributedLoop {
   [[nodiscard]] const core::FingerOutput<Vector>& output(int user) const noexcept {
     return outputs_[user];
   }
-  /// Age of what site `to` last accepted from `from` [s]; 0 before the first.
-  [[nodiscard]] double age(int from, int to) const noexcept {
-    return static_cast<double>(ports_[from * users_ + to].age(slot_ > 0 ? slot_ - 1 : 0)) * T_;
-  }
-  /// Packets the link has lost so far, of those sent: 0 .. 1.
-  [[nodiscard]] double loss(int from, int to) const noexcept {
-    const auto& link = ports_[from * users_ + to].link();
-    return link.sent() == 0 ? 0.0
-                            : static_cast<double>(link.lost()) / static_cast<double>(link.sent());
-  }
   [[nodiscard]] std::int64_t packets_sent() const noexcept {
     std::int64_t sum = 0;
     for (const auto& p : ports_) sum += static_cast<std::int64_t>(p.link().sent());

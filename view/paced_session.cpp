@@ -10,6 +10,7 @@
 #include "arch_distributed/distributed_loop.h"
 #include "core/axis_world.h"
 #include "core/clock.h"
+#include "core/modelled_port.h"
 #include "core/plane_world.h"
 #include "core/space_world.h"
 #include "view/from_world.h"
@@ -42,9 +43,7 @@ void see(const distributed::DistributedLoop<World>& loop, const core::Scene& sce
     site.forces_known = true;
     for (int f = 0; f < law.counts(u).fingers; ++f)
       site.fingers[f].force = core::to_vec3(loop.output(u).forces[f]);
-    site.age = u == own ? 0.0 : loop.age(u, own);
     site.gain = u == own ? 1.0 : loop.law(own).peer_gain(u);
-    site.loss = u == own ? 0.0 : loop.loss(u, own);
   }
 }
 
@@ -66,9 +65,7 @@ void see(const central::CentralLoop<World>& loop, const core::Scene& scene, int,
       site.fingers[f].force = core::to_vec3(loop.output(u).forces[f]);
     if (local) continue;
     set_objects(site, loop.client(u).held().objects, objects);
-    site.age = loop.age(u);
     site.gain = loop.server().user_gain(u);
-    site.loss = loop.loss(u);
   }
 }
 
@@ -82,6 +79,16 @@ struct PacedSession::LoopRunner {
         loop(scene, options.network),
         own(options.own),
         feed(options.pointer) {
+    const int here = is_central(scene) ? core::NetworkModel::kServer : own;
+    for (int u = 0; u < static_cast<int>(scene.users.size()); ++u) {
+      const bool remote = is_central(scene)
+                              ? !scene.users[static_cast<std::size_t>(u)].local &&
+                                    scene.architecture == core::Architecture::kCentral
+                              : u != own;
+      ways.push_back({remote, options.network.phase_ticks[static_cast<std::size_t>(u)],
+                      core::ModelledPort<int>(options.network.link[static_cast<std::size_t>(u)]
+                                                                 [static_cast<std::size_t>(here)])});
+    }
     if (feed == nullptr) return;
     for (const core::FingerParameters& finger :
          scene.users[static_cast<std::size_t>(own)].fingers)
@@ -100,20 +107,47 @@ struct PacedSession::LoopRunner {
           .finger(own, static_cast<int>(f))
           .set_external_force(core::from_vec3<typename Loop::Vector>(pull));
     }
+    const std::int64_t slot = loop.slot();
     loop.tick();
+    for (Way& way : ways) {
+      if (!way.remote) continue;
+      if (slot == way.next_packet) {
+        way.port.push(0, slot);
+        way.next_packet += scene.ticks_per_packet();
+      }
+      (void)way.port.receive(slot);
+      way.age = static_cast<double>(way.port.age(slot)) * scene.tick();
+    }
   }
 
   void fill(Snapshot& out) const {
     out.slot = loop.slot();
     out.time = loop.time();
     see(loop, scene, own, out);
+    for (std::size_t u = 0; u < ways.size(); ++u) {
+      if (!ways[u].remote) continue;
+      const auto& link = ways[u].port.link();
+      out.sites[u].age = ways[u].age;
+      if (link.sent() > 0)
+        out.sites[u].loss = static_cast<double>(link.lost()) / static_cast<double>(link.sent());
+    }
   }
+
+  /// The way of one user's packets to here. The loop's own is not to be looked into; a link with the
+  /// same parameters and seed deals the same fates, so this one tells their age.
+  struct Way {
+    bool remote = false;
+    std::int64_t next_packet = 0;
+    core::ModelledPort<int> port;
+    double age = 0.0;
+  };
 
   core::Scene scene;
   Loop loop;
   int own;
   devices::PointerFeed* feed;
   std::vector<devices::PointerFollower> followers;
+  std::vector<Way> ways;
 };
 
 template <typename Loop>

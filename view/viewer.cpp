@@ -245,8 +245,9 @@ ViewerReport Viewer::run() {
   const auto start = SteadyClock::now();
   auto last = start;
   const double period = 1.0 / options_.fps;
-  // Where time is ours and only the last picture is kept, the others need not be drawn.
-  const bool only_last = options_.own_time && options_.frames.empty();
+  // Where nobody looks and only the last picture is kept, the others need not be drawn.
+  const bool only_last =
+      !options_.visible && options_.frames.empty() && !options_.screenshot.empty();
   std::int64_t step = 0;
   while (true) {
     const auto begin = SteadyClock::now();
@@ -264,9 +265,10 @@ ViewerReport Viewer::run() {
     take_snapshot();
     steer(since);
     const bool more = goes_on();
-    if (only_last && more) continue;
-    draw_picture(since);
-    drawing_ms.push_back(1e3 * seconds_between(begin, SteadyClock::now()));
+    if (!only_last || !more) {
+      draw_picture(since);
+      drawing_ms.push_back(1e3 * seconds_between(begin, SteadyClock::now()));
+    }
     if (!more) break;
     if (!options_.own_time) {
       const double used = seconds_between(begin, SteadyClock::now());

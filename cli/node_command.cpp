@@ -68,7 +68,7 @@ node::NodeOptions NodeArguments::options(const std::string& bind) const {
   o.seconds = seconds;
   o.start_ns = start_ns;
   o.record_file = record;
-  o.hands = {hands == "recorded", hand_file, hand_columns, {}};
+  o.hands = {hands == "recorded", hand_file, hand_columns, nullptr, {}};
   if (hand_after >= 0.0) o.hands.after = hand_after;
   if (o.hands.recorded && hand_file.empty())
     throw CLI::ValidationError("--hands recorded", "needs --hand-file FILE to play");

@@ -29,7 +29,7 @@ void SiteBuffer::add(double time, const Site& site) {
   const auto after = std::find_if(states_.rbegin(), states_.rend(),
                                   [&](const State& s) { return s.time <= time; });
   if (after != states_.rend() && after->time == time) return;
-  states_.insert(after.base(), {time, site});
+  states_.insert(after.base(), State{time, site});
   while (states_.size() > 2 && states_.front().time < states_.back().time - kKeep)
     states_.pop_front();
 }

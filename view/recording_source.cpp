@@ -1,6 +1,7 @@
 #include "view/recording_source.h"
 
 #include <algorithm>
+#include <cmath>
 #include <stdexcept>
 
 #include "scene/load_scene.h"

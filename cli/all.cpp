@@ -4,6 +4,7 @@ namespace tandem::cli {
 
 void add_all(CLI::App& app) {
   add_demo(app);
+  add_view(app);
   add_simulate(app);
   add_analyze(app);
   add_scene(app);

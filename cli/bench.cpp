@@ -1,6 +1,7 @@
 #include "bench/analysis.h"
 #include "bench/packet.h"
 #include "bench/tick.h"
+#include "bench/view.h"
 #include "bench/wakeup.h"
 #include "cli/commands.h"
 
@@ -13,6 +14,7 @@ void add_bench(CLI::App& app) {
   bench::add_bench_analysis(*command);
   bench::add_bench_tick(*command);
   bench::add_bench_packet(*command);
+  bench::add_bench_view(*command);
   bench::add_bench_wakeup(*command);
 }
 

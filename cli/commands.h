@@ -26,6 +26,7 @@ void add_replica(CLI::App& app);
 void add_scene(CLI::App& app);
 void add_server(CLI::App& app);
 void add_simulate(CLI::App& app);
+void add_view(CLI::App& app);
 
 void add_all(CLI::App& app);
 

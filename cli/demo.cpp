@@ -36,7 +36,7 @@ struct DemoArguments {
   std::string arch, scene, hands = "simulated", hand_file, hand_columns;
   std::vector<std::string> sets;
   double seconds = 20.0;
-  bool compensation = false, no_cyclictest = false;
+  bool compensation = false, no_cyclictest = false, no_view = false;
   int priority = 80;
   std::string reconstruction;
   std::string out = "tandem-demo", picture;
@@ -107,6 +107,10 @@ void prepare(const DemoArguments& a, Session& s) {
   }
 }
 
+std::string view_picture(const DemoArguments& a, const Session& s) {
+  return a.out + "/" + s.key + "_view.png";
+}
+
 DemoRun run_of(const DemoArguments& a, const Session& s) {
   DemoRun run;
   run.scene = s.scene;
@@ -114,6 +118,7 @@ DemoRun run_of(const DemoArguments& a, const Session& s) {
   run.prefix = s.key;
   run.scene_file = a.out + "/" + s.key + ".scene";
   run.seconds = a.seconds;
+  if (!a.no_view) run.view_picture = view_picture(a, s);
   if (a.hands == "recorded")
     run.node_arguments = {"--hands",        "recorded",     "--hand-file",
                           a.hand_file,      "--hand-after", fmt::format("{}", s.times.carry_start),
@@ -128,6 +133,8 @@ void perform(const DemoArguments& a, Session& s) {
       stderr, "-- %s: scene %s for %g s%s\n", s.key.c_str(), s.scene.name.c_str(), a.seconds,
       s.rounds > 1 ? fmt::format(", {} rounds of the hands' script", s.rounds).c_str() : "");
   DemoRun run = run_of(a, s);
+  std::error_code none_before;
+  std::filesystem::remove(view_picture(a, s), none_before);
   // Time to load the scene, lock memory and meet.
   constexpr std::int64_t kTimeToStart_ns = 2'000'000'000;
   run.start_ns = core::monotonic_ns() + kTimeToStart_ns;
@@ -344,6 +351,9 @@ void demo(const DemoArguments& a) {
                    ? "no picture: it needs python3 with matplotlib (apt install python3-matplotlib)"
                    : "no picture: see above");
   }
+  for (const Session& s : sessions)
+    if (!a.json.to_stdout() && std::filesystem::exists(view_picture(a, s)))
+      fmt::print("seen by a spectator: {}\n", view_picture(a, s));
   if (!a.json.wanted()) return;
   ordered_json json;
   if (sessions.size() == 1)
@@ -391,6 +401,8 @@ void add_demo(CLI::App& app) {
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
   command->add_flag("--no-cyclictest", a->no_cyclictest, "do not run cyclictest beside it");
+  command->add_flag("--no-view", a->no_view,
+                    "no window on the sessions (without a display: no picture from it)");
   command->add_option("--out", a->out, "folder for recordings, CSV and picture")
       ->capture_default_str();
   command->add_option("--picture", a->picture, "file of the picture (default: OUT/demo.png)");

@@ -11,6 +11,7 @@
 #include <filesystem>
 #include <fstream>
 #include <netinet/in.h>
+#include <optional>
 #include <poll.h>
 #include <sys/prctl.h>
 #include <sys/socket.h>
@@ -20,6 +21,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.h"
+#include "cli/demo_viewer.h"
 #include "cli/options.h"
 #include "scene/scene_text.h"
 
@@ -51,6 +53,7 @@ class FreePorts {
 
 struct Child {
   DemoNode node;
+  std::string address;
   std::string report_file;
   std::vector<std::string> words;  ///< command line
   pid_t pid = -1;
@@ -101,6 +104,7 @@ std::vector<Child> plan(const DemoRun& run) {
     child.node.recording = base + ".h5";
     child.report_file = base + ".json";
     addresses.push_back(ports.next());
+    child.address = addresses.back();
     child.words = {"/proc/self/exe", role};
     return child;
   };
@@ -247,6 +251,12 @@ std::vector<DemoNode> run_nodes(const DemoRun& run) {
   std::vector<Child> children = plan(run);
   const PassSignals signals;
   for (Child& child : children) start(child, run.start_ns);
+  std::optional<DemoViewer> viewer;
+  if (!run.view_picture.empty()) {
+    // A quarter on, in the middle of the first carry; the nodes start two seconds from now.
+    constexpr double kUntilStart = 2.0;
+    viewer.emplace(children.front().address, run.view_picture, kUntilStart + 0.25 * run.seconds);
+  }
   watch(children);
 
   std::vector<DemoNode> nodes;

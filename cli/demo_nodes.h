@@ -19,6 +19,7 @@ struct DemoRun {
   double seconds = 20.0;
   std::int64_t start_ns = 0;  ///< when slot 0 of every node is due, monotonic clock [ns]
   std::vector<std::string> node_arguments;  ///< given to every node
+  std::string view_picture;  ///< a spectator's window, or this file without a display; empty: none
 };
 
 struct DemoNode {

@@ -12,8 +12,10 @@ void NodeArguments::add(CLI::App& command) {
   command.add_option("--seconds", seconds, "run this long [s]; 0: until Ctrl-C")
       ->check(not_negative);
   command.add_option("--record", record, "record every tick and packet into this HDF5 file");
-  command.add_option("--hands", hands, "who moves this user's fingers")
-      ->check(CLI::IsMember({"simulated", "recorded"}))
+  command
+      .add_option("--hands", hands,
+                  "who moves this user's fingers; pointer: the mouse in the window of --view")
+      ->check(CLI::IsMember({"simulated", "recorded", "pointer"}))
       ->capture_default_str();
   command.add_option("--hand-file", hand_file, "recorded hands: CSV or Tandem recording to play");
   command.add_option("--hand-columns", hand_columns, "recorded hands: which column drives what");
@@ -22,6 +24,14 @@ void NodeArguments::add(CLI::App& command) {
                   "recorded hands: the scene's script goes on, and the recording's displacement is "
                   "added to it from this time on [s]")
       ->check(not_negative);
+  auto* window = command.add_option_group("window");
+  window->add_flag("--view", view, "open a window on this node; it never holds up the force loop");
+  window->add_option("--view-size", view_size, "WIDTHxHEIGHT")->capture_default_str();
+  window->add_option("--view-fps", view_fps, "pictures a second, at most")
+      ->check(CLI::Range(1.0, 1000.0))
+      ->capture_default_str();
+  window->add_option("--view-screenshot", view_screenshot, "write the last picture here, PNG");
+  window->add_flag("--view-hidden", view_hidden, "a window nobody sees");
   auto* realtime = command.add_option_group("real time");
   realtime
       ->add_option("--priority", priority,
@@ -58,7 +68,7 @@ node::NodeOptions NodeArguments::options(const std::string& bind) const {
   o.seconds = seconds;
   o.start_ns = start_ns;
   o.record_file = record;
-  o.hands = {hands == "recorded", hand_file, hand_columns, {}};
+  o.hands = {hands == "recorded", hand_file, hand_columns, nullptr, {}};
   if (hand_after >= 0.0) o.hands.after = hand_after;
   if (o.hands.recorded && hand_file.empty())
     throw CLI::ValidationError("--hands recorded", "needs --hand-file FILE to play");
@@ -76,10 +86,13 @@ node::NodeOptions NodeArguments::options(const std::string& bind) const {
   return o;
 }
 
-void finish(const node::NodeReport& report, const JsonOption& json) {
+void finish(const node::NodeReport& report, const JsonOption& json,
+            const nlohmann::ordered_json& window) {
   if (!json.to_stdout()) std::fputs(node::to_text(report).c_str(), stdout);
   std::fflush(stdout);
-  json.write(node::to_json(report));
+  nlohmann::ordered_json all = node::to_json(report);
+  if (!window.is_null()) all["window"] = window;
+  json.write(all);
   if (!report.failure.empty())
     throw Failed(node::site_name(report.role, report.user) + ": " + report.failure);
 }

@@ -10,6 +10,8 @@
 
 namespace tandem::cli {
 
+struct WindowArguments;
+
 /// The options that server, client and replica have in common.
 struct NodeArguments {
   JsonOption json;
@@ -24,12 +26,18 @@ struct NodeArguments {
   double status_every = 0.0;
   bool quiet = false;
   long long start_ns = 0;
+  bool view = false, view_hidden = false;
+  std::string view_size = "1280x720", view_screenshot;
+  double view_fps = 60.0;
 
   void add(CLI::App& command);
   [[nodiscard]] node::NodeOptions options(const std::string& bind) const;
+  [[nodiscard]] WindowArguments window_arguments() const;  ///< where there is a viewer
 };
 
-/// Prints the report and writes its JSON; throws Failed when the run ended badly.
-void finish(const node::NodeReport& report, const JsonOption& json);
+/// Prints the report and writes its JSON, with `window` in it if that is something; throws Failed
+/// when the run ended badly.
+void finish(const node::NodeReport& report, const JsonOption& json,
+            const nlohmann::ordered_json& window = {});
 
 }  // namespace tandem::cli

@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "arch_distributed/replica_node.h"
+#include "cli/beside_window.h"
 #include "cli/commands.h"
 #include "cli/node_command.h"
 #include "cli/options.h"
@@ -29,6 +30,18 @@ distributed::ReplicaOptions options_of(const ReplicaArguments& a) {
     o.peers.push_back({peer.substr(0, equals), peer.substr(equals + 1)});
   }
   return o;
+}
+
+void run(const core::Scene& scene, distributed::ReplicaOptions& options,
+         const ReplicaArguments& a) {
+  if (a.node.view && core::index_of(scene.users, a.user) < 0)
+    throw CLI::ValidationError("--user", "scene " + scene.name + " has no user \"" + a.user + "\"");
+  run_node({scene, a.user, a.user,
+            [&](const node::NodeOptions& o) {
+              options.node = o;
+              return distributed::run_replica(scene, options);
+            }},
+           options.node, a.node);
 }
 
 }  // namespace
@@ -68,14 +81,13 @@ void add_replica(CLI::App& app) {
     if (a.join.empty()) {
       if (a.scene.empty())
         throw CLI::RequiredError("--scene NAME|FILE, or --join HOST:PORT of a running replica");
-      finish(distributed::run_replica(scene::load_scene(a.scene, a.sets), options), a.node.json);
-      return;
+      return run(scene::load_scene(a.scene, a.sets), options, a);
     }
     if (!a.sets.empty())
       throw CLI::ValidationError("--set", "needs --scene; with --join the scene is the host's");
     const distributed::FetchedScene fetched = distributed::fetch_scene(a.join, options);
     options.peers.push_back(fetched.host);
-    finish(distributed::run_replica(fetched.scene, options), a.node.json);
+    run(fetched.scene, options, a);
   });
 }
 

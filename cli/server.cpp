@@ -1,6 +1,7 @@
 #include <memory>
 
 #include "arch_central/server_node.h"
+#include "cli/beside_window.h"
 #include "cli/commands.h"
 #include "cli/node_command.h"
 #include "cli/options.h"
@@ -29,8 +30,13 @@ void add_server(CLI::App& app) {
   arguments->node.add(*command);
   command->callback([arguments] {
     const core::Scene scene = arguments->scene.load();
-    finish(central::run_server(scene, arguments->node.options(arguments->bind)),
-           arguments->node.json);
+    std::string user = "server";  // whose hand the window leads, where it leads one
+    if (arguments->node.hands == "pointer")
+      for (auto u = scene.users.rbegin(); u != scene.users.rend(); ++u)
+        if (u->local || scene.architecture == core::Architecture::kSingle) user = u->name;
+    run_node({scene, "server", user,
+              [&](const node::NodeOptions& options) { return central::run_server(scene, options); }},
+             arguments->node.options(arguments->bind), arguments->node);
   });
 }
 

@@ -26,6 +26,7 @@ namespace {
 [[nodiscard]] bool valid(const ControlMessage& m) {
   switch (m.type) {
     case ControlType::kHello:
+    case ControlType::kSpectate:
       return m.nonce != 0;
     case ControlType::kWelcome:
       return m.nonce != 0 && m.session != 0 && m.packet_hz > 0.0 && m.packet_hz <= 1e5 &&
@@ -108,7 +109,7 @@ std::optional<ControlMessage> decode_control(std::span<const std::uint8_t> datag
   out.session = m.session();
   out.nonce = m.nonce();
   out.reason = static_cast<RefuseReason>(m.reason());
-  if (m.type() < 1 || m.type() > 7 || !printable(m.text(), kMaxTextBytes)) return std::nullopt;
+  if (m.type() < 1 || m.type() > 8 || !printable(m.text(), kMaxTextBytes)) return std::nullopt;
   out.text = m.text();
   if (prefix.version != kProtocolVersion) return out;
 

@@ -18,6 +18,7 @@ enum class ControlType : std::uint8_t {
   kSceneChunk = 5,
   kKeepAlive = 6,
   kLeave = 7,
+  kSpectate = 8,
 };
 
 /// Why a host says no. Numbers are on the wire.

@@ -57,8 +57,9 @@ void GuestSession::joined(std::int64_t now_ns) {
         .sender = welcome_.host_sender,
         .session = welcome_.session,
         .peer = options_.host,
-        .text = "joined " + options_.host_text + " as user '" + options_.user_name + "' (program " +
-                welcome_.program_version + ")"});
+        .text = "joined " + options_.host_text + " as " +
+                (options_.spectator ? "a spectator" : "user '" + options_.user_name + "'") +
+                " (program " + welcome_.program_version + ")"});
 }
 
 void GuestSession::on_refuse(const ControlMessage& message, std::int64_t now_ns) {
@@ -125,7 +126,7 @@ void GuestSession::poll(std::int64_t now_ns) {
   switch (state_) {
     case State::kHello: {
       ControlMessage hello;
-      hello.type = ControlType::kHello;
+      hello.type = options_.spectator ? ControlType::kSpectate : ControlType::kHello;
       hello.nonce = nonce_;
       hello.scene_hash = options_.scene_hash;
       hello.user_name = options_.user_name;

@@ -50,6 +50,8 @@ PeerLink::PeerLink(PeerLinkOptions options, std::unique_ptr<Link> link)
     options_.host->times = options_.times;
     options_.host->seed = random_seed();
     host_ = std::make_unique<HostSession>(*options_.host);
+    desk_ = std::make_unique<SpectatorDesk>(*options_.host);
+    tap_ = std::make_unique<core::ViewTap>();
   }
   for (const std::string& host_text : options_.join) {
     GuestOptions guest;
@@ -169,14 +171,22 @@ void PeerLink::run() {
       receive_all();
       const std::int64_t now = core::monotonic_ns();
       if (host_) host_->poll(now);
+      if (desk_) desk_->poll(now);
       for (auto& guest : guests_) guest->poll(now);
       flush_sessions(now);
       wake_ns = std::min(look_in_outboxes(now), now + kSessionPeriod_ns);
+      if (desk_ && desk_->anybody()) {
+        send_snapshots();
+        // Often enough that snapshots do not bunch.
+        constexpr std::int64_t kSnapshotLook_ns = 2'000'000;
+        wake_ns = std::min(wake_ns, now + kSnapshotLook_ns);
+      }
     }
     link_->wait(std::max<std::int64_t>(wake_ns - core::monotonic_ns(), 0));
   }
   const std::lock_guard lock(mutex_);
   if (host_) host_->leave();
+  if (desk_) desk_->leave();
   for (auto& guest : guests_) guest->leave();
   flush_sessions(core::monotonic_ns());
 }
@@ -204,6 +214,7 @@ void PeerLink::on_control(std::span<const std::uint8_t> datagram, const Endpoint
                           std::int64_t now_ns) {
   const auto message = decode_control(datagram);
   if (!message) return strays_.add(Decode::kMalformed);
+  if (desk_ && desk_->on_control(*message, from, now_ns)) return;
   const bool to_host =
       message->type == ControlType::kHello || message->type == ControlType::kSceneRequest;
   for (auto& guest : guests_)
@@ -257,6 +268,10 @@ void PeerLink::on_state(std::span<const std::uint8_t> datagram, const Endpoint& 
                  .epoch = peer.epoch,
                  .left = false};
   peer.inbox.publish(peer.newest);
+  if (desk_ && desk_->anybody()) {
+    core::StatePacket copy = packet;
+    send_snapshot(copy);
+  }
 
   peer.statistics.jitter().record(packet.send_ns, now_ns);
   if (clock == ClockAnswer::kUsed || clock == ClockAnswer::kRestarted)
@@ -277,12 +292,14 @@ void PeerLink::flush_sessions(std::int64_t now_ns) {
     while (auto event = session.next_event()) on_event(*event, is_host, now_ns);
   };
   if (host_) flush(*host_, true);
+  if (desk_) flush(*desk_, true);
   for (auto& guest : guests_) flush(*guest, false);
 }
 
 void PeerLink::on_event(const SessionEvent& event, bool is_host, std::int64_t now_ns) {
   LinkMessage message{.is_error = false, .text = event.text};
-  switch (event.kind) {
+  const bool spectator = event.sender == kNobody;
+  if (!spectator) switch (event.kind) {
     case SessionEventKind::kJoined:
       join_peer(event, now_ns);
       break;
@@ -377,6 +394,28 @@ void PeerLink::send_state(Peer& peer, core::StatePacket& packet) {
   packet.echo_hold_ns = peer.echo_ns != 0 ? packet.send_ns - peer.echo_arrival_ns : 0;
   const auto datagram = encoder_.encode(packet, peer.session);
   peer.statistics.sent(datagram.size(), link_->send(peer.address, datagram));
+}
+
+/// To every spectator: what the force loop left, if there is something new.
+void PeerLink::send_snapshots() {
+  if (!exchange_ || !tap_->fetch(tapped_)) return;
+  core::StatePacket packet;
+  packet.sender = exchange_->own_sender;
+  core::pack_spectator(tapped_, exchange_->spectators, packet);
+  send_snapshot(packet);
+}
+
+/// To every spectator: our own tick, or a peer's packet as it came.
+void PeerLink::send_snapshot(core::StatePacket& packet) {
+  const int site = peer_index(packet.sender);
+  if (site < 0) return;
+  packet.send_ns = monotonic_ns();
+  packet.echo_ns = packet.echo_hold_ns = 0;
+  for (SpectatorDesk::Spectator& s : desk_->spectators()) {
+    if (!s.here || !s.proven) continue;
+    packet.sequence = ++s.sequence[static_cast<std::size_t>(site)];
+    link_->send(s.address, encoder_.encode(packet, s.session, Kind::kSnapshot));
+  }
 }
 
 PeerStatus PeerLink::status(std::uint32_t sender) const {

@@ -15,9 +15,12 @@
 #include "core/packet.h"
 #include "core/realtime.h"
 #include "core/scene.h"
+#include "core/spectator_packet.h"
+#include "core/view_tap.h"
 #include "net/link.h"
 #include "net/link_statistics.h"
 #include "net/session.h"
+#include "net/spectator_desk.h"
 
 namespace tandem::net {
 
@@ -60,6 +63,7 @@ struct ExchangeOptions {
   double local_hz = 0.0;         ///< in the first tick of this rate then; 0: at once
   /// Number of values in packets from each user, and last from the server; -1: sends us nothing.
   std::array<std::int32_t, core::kMaxUsers + 1> values_from{-1, -1, -1, -1, -1, -1, -1, -1, -1};
+  core::SpectatorLayout spectators{};   ///< what their snapshots of us hold
   std::int64_t first_look_ns = 40'000;  ///< after a packet slot is due: is there something to send?
   std::int64_t look_again_ns = 60'000;  ///< and again, until there is
 };
@@ -130,6 +134,9 @@ class PeerLink {
   [[nodiscard]] core::LatestValue<core::StatePacket>& outbox(std::uint32_t sender);
   [[nodiscard]] core::LatestValue<PeerSample>& inbox(std::uint32_t sender);
 
+  /// Where the force loop leaves its ticks for those who look on; nullptr: nobody can here.
+  [[nodiscard]] core::ViewTap* spectator_tap() noexcept { return tap_.get(); }
+
   [[nodiscard]] PeerStatus status(std::uint32_t sender) const;
   [[nodiscard]] LinkSnapshot statistics(std::uint32_t sender) const;
   /// Datagrams from addresses that are no peer's, by reason.
@@ -155,11 +162,16 @@ class PeerLink {
   void expect_from(const Peer& peer, std::uint32_t sender) noexcept;
   [[nodiscard]] std::int64_t look_in_outboxes(std::int64_t now_ns);
   void send_state(Peer& peer, core::StatePacket& packet);
+  void send_snapshots();
+  void send_snapshot(core::StatePacket& packet);
   [[nodiscard]] Peer& peer_of(std::uint32_t sender) const;
 
   PeerLinkOptions options_;
   std::unique_ptr<Link> link_;
   std::unique_ptr<HostSession> host_;
+  std::unique_ptr<SpectatorDesk> desk_;  ///< there is one where there is a host
+  std::unique_ptr<core::ViewTap> tap_;
+  core::TappedTick tapped_;
   std::vector<std::unique_ptr<GuestSession>> guests_;
   std::array<std::unique_ptr<Peer>, core::kMaxUsers + 1> peers_;
   StateEncoder encoder_;

@@ -41,6 +41,9 @@ enum class SessionEventKind : std::uint8_t {
   kFailed,   ///< guest: no answer in `give_up`; it goes on asking
 };
 
+/// Sender of an event that is about no participant: a spectator.
+inline constexpr std::uint32_t kNobody = 0xffffffff;
+
 struct SessionEvent {
   SessionEventKind kind = SessionEventKind::kJoined;
   std::uint32_t sender = 0;   ///< the peer's sender index, where known
@@ -136,6 +139,7 @@ struct GuestOptions {
   std::string host_text;         ///< as the user wrote it, for messages
   std::string user_name;         ///< empty: any free seat
   std::uint64_t scene_hash = 0;  ///< 0: send me the scene
+  bool spectator = false;        ///< takes no seat, only looks on
   std::string program_version;
   std::uint64_t seed = 0;  ///< of the nonces: from a random device
   SessionTimes times{};

@@ -67,7 +67,7 @@ StateEncoder::StateEncoder() : message_(std::make_unique<Message>()) {
 StateEncoder::~StateEncoder() = default;
 
 std::span<const std::uint8_t> StateEncoder::encode(const core::StatePacket& packet,
-                                                   std::uint64_t session) noexcept {
+                                                   std::uint64_t session, Kind kind) noexcept {
   wire::State& m = message_->state;
   m.set_session(session);
   m.set_sender(packet.sender);
@@ -86,7 +86,7 @@ std::span<const std::uint8_t> StateEncoder::encode(const core::StatePacket& pack
               static_cast<std::size_t>(count) * sizeof(double));
 
   const std::size_t bytes = m.ByteSizeLong();
-  write_prefix(buffer_, Kind::kState, bytes);
+  write_prefix(buffer_, kind, bytes);
   m.SerializeWithCachedSizesToArray(buffer_.data() + kPrefixBytes);
   return {buffer_.data(), kPrefixBytes + bytes};
 }
@@ -112,15 +112,15 @@ void StateDecoder::forget(std::uint32_t sender) noexcept {
   if (sender < expected_.size()) expected_[sender] = {};
 }
 
-Decode StateDecoder::decode(std::span<const std::uint8_t> datagram,
-                            core::StatePacket& out) noexcept {
-  const Decode answer = examine(datagram, out);
+Decode StateDecoder::decode(std::span<const std::uint8_t> datagram, core::StatePacket& out,
+                            Kind kind) noexcept {
+  const Decode answer = examine(datagram, out, kind);
   counts_.add(answer);
   return answer;
 }
 
-Decode StateDecoder::examine(std::span<const std::uint8_t> datagram,
-                             core::StatePacket& out) noexcept {
+Decode StateDecoder::examine(std::span<const std::uint8_t> datagram, core::StatePacket& out,
+                             Kind kind) noexcept {
   Prefix prefix;
   switch (read_prefix(datagram, prefix)) {
     case PrefixFault::kWrongMagic:
@@ -131,7 +131,7 @@ Decode StateDecoder::examine(std::span<const std::uint8_t> datagram,
       break;
   }
   if (prefix.version != kProtocolVersion) return Decode::kWrongVersion;
-  if (prefix.kind != Kind::kState) return Decode::kMalformed;
+  if (prefix.kind != kind) return Decode::kMalformed;
 
   wire::State& m = message_->state;
   if (!m.ParseFromArray(datagram.data() + kPrefixBytes,

@@ -58,7 +58,8 @@ class StateEncoder {
   /// The datagram, valid until the next call; at most kMaxStateDatagram bytes. A value_count
   /// outside 0 .. kMaxPacketValues is clamped.
   [[nodiscard]] std::span<const std::uint8_t> encode(const core::StatePacket& packet,
-                                                     std::uint64_t session) noexcept;
+                                                     std::uint64_t session,
+                                                     Kind kind = Kind::kState) noexcept;
 
  private:
   struct Message;
@@ -85,9 +86,10 @@ class StateDecoder {
   /// From now on `sender` is unknown.
   void forget(std::uint32_t sender) noexcept;
 
-  /// Fills `out` on kOk and leaves it untouched otherwise; counts the answer.
-  [[nodiscard]] Decode decode(std::span<const std::uint8_t> datagram,
-                              core::StatePacket& out) noexcept;
+  /// Fills `out` on kOk and leaves it untouched otherwise; counts the answer. Other kinds than
+  /// `kind` (state, or a spectator's snapshot) are malformed.
+  [[nodiscard]] Decode decode(std::span<const std::uint8_t> datagram, core::StatePacket& out,
+                              Kind kind = Kind::kState) noexcept;
 
   [[nodiscard]] const DecodeCounts& counts() const noexcept { return counts_; }
 
@@ -98,8 +100,8 @@ class StateDecoder {
     std::uint64_t session = 0;
     std::int32_t value_count = 0;
   };
-  [[nodiscard]] Decode examine(std::span<const std::uint8_t> datagram,
-                               core::StatePacket& out) noexcept;
+  [[nodiscard]] Decode examine(std::span<const std::uint8_t> datagram, core::StatePacket& out,
+                               Kind kind) noexcept;
 
   std::unique_ptr<Message> message_;
   std::array<Expected, 256> expected_{};  ///< by sender index

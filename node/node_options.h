@@ -5,6 +5,8 @@
 #include <string>
 
 #include "core/realtime.h"
+#include "core/view_tap.h"
+#include "devices/pointer_feed.h"
 
 namespace tandem::node {
 
@@ -13,6 +15,7 @@ struct HandOptions {
   bool recorded = false;  ///< false: the scene's simulated hands and devices
   std::string file;       ///< recorded: what to play
   std::string columns;    ///< recorded: which column drives what; see devices/column_mapping.h
+  devices::PointerFeed* pointer = nullptr;  ///< set: a pointer leads all fingers
   std::optional<double> after;  ///< recorded: added to the scene's script from this time on [s]
 };
 
@@ -24,6 +27,7 @@ struct NodeOptions {
   std::string record_file;    ///< empty: nothing is recorded
   HandOptions hands;
   core::RealtimeRequest realtime;
+  core::ViewTap* window = nullptr;  ///< set: the force loop leaves its ticks here for a window
   std::optional<std::int64_t> spin_ns;  ///< not given: what suits the grant
   double status_every = 0.0;  ///< [s] between status lines; 0: live on a terminal, else every 5 s
   bool quiet = false;         ///< no status at all

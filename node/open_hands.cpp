@@ -4,6 +4,7 @@
 
 #include "devices/load_recorded_path.h"
 #include "devices/open_device.h"
+#include "devices/pointer_hand.h"
 #include "node/led_hand.h"
 
 namespace tandem::node {
@@ -31,11 +32,39 @@ std::unique_ptr<devices::HapticDevice> open_led(const core::Scene& scene,
                                             *hands.after, hands.file);
 }
 
+template <typename V>
+std::unique_ptr<devices::HapticDevice> open_pointer(const core::Scene& scene,
+                                                    const core::UserParameters& user, int f,
+                                                    devices::PointerFeed& feed) {
+  const core::FingerParameters& finger = user.fingers[f];
+  if (finger.hand.stiffness <= 0.0)
+    throw std::runtime_error("finger \"" + finger.name + "\" of user " + user.name +
+                             ": hand.stiffness is 0; a pointer leads a hand by its spring: give it "
+                             "one, for example 300 N/m");
+  const int d = core::index_of(scene.devices, finger.device);
+  return std::make_unique<devices::PointerHandDevice<V>>(
+      scene.tick(), user.mass, finger, d < 0 ? nullptr : &scene.devices[d], feed, f);
+}
+
 std::unique_ptr<devices::HapticDevice> open_one(core::Scene& scene, int user, int f,
                                                 const HandOptions& hands) {
   const core::UserParameters& u = scene.users[user];
   const core::FingerParameters& finger = u.fingers[f];
   const int d = core::index_of(scene.devices, finger.device);
+  const bool is_pointer = d >= 0 && scene.devices[d].kind == core::DeviceKind::kPointer;
+  if (hands.pointer != nullptr && (is_pointer || !hands.recorded)) {
+    switch (scene.space) {
+      case core::Space::kAxis:
+        return open_pointer<double>(scene, u, f, *hands.pointer);
+      case core::Space::kPlane:
+        return open_pointer<core::Vec2>(scene, u, f, *hands.pointer);
+      case core::Space::kSpace:
+        return open_pointer<core::Vec3>(scene, u, f, *hands.pointer);
+    }
+  }
+  if (is_pointer)
+    throw std::runtime_error("device \"" + scene.devices[d].name +
+                             "\": kind POINTER needs a window: start this node with --hands pointer");
   if (!hands.recorded) return devices::open_device(scene, user, f);
   if (hands.after) {
     switch (scene.space) {

@@ -73,10 +73,12 @@ template <typename Site>
     if (!setup.options.record_file.empty())
       recording = std::make_unique<recording::RecordingWriter>(
           setup.options.record_file, recording_header(setup, settings.start_ns), setup.columns);
-    log = std::make_unique<TickLog>(recording.get());
+    log = std::make_unique<TickLog>(recording.get(), setup.options.window, link.spectator_tap());
     loop = std::make_unique<ForceLoop<Site>>(site, *log, share.status, share.heartbeat);
     net::ExchangeOptions exchange = setup.exchange;
     exchange.start_ns = settings.start_ns;
+    exchange.spectators = {setup.columns.fingers, setup.columns.hand_values, setup.columns.objects,
+                           setup.columns.object_values, setup.columns.users};
     link.open_exchange(exchange);
     tell_realtime(setup, report);
   } catch (...) {

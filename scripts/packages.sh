@@ -6,11 +6,12 @@ build_packages=(
   libglm-dev libprotobuf-dev protobuf-compiler libboost1.81-dev libhdf5-dev zlib1g-dev
   libcli11-dev libfmt-dev nlohmann-json3-dev libeigen3-dev libgtest-dev libbenchmark-dev
   python3 python3-matplotlib rt-tests python3-dev python3-numpy pybind11-dev
+  libglfw3-dev libimgui-dev libepoxy-dev libpng-dev libx11-dev libegl1 libgl1-mesa-dri fonts-dejavu-core
 )
 # For `tandem netem`: namespaces and conditions, and a kernel that has netem where this one has none.
 netem_packages=(iproute2 user-mode-linux)
 # For the tests beyond that: formatting, lint, network namespaces.
-test_packages=(clang-format-14 clang-tidy-14 iproute2 procps util-linux)
+test_packages=(clang-format-14 clang-tidy-14 iproute2 procps util-linux xvfb libxtst-dev)
 
 # need_packages PACKAGE ...: installs what is missing, with one apt-get call; says what and how when
 # it may not. Nothing is asked and nothing is upgraded.

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "cli/options.h"
+#include "view/viewer.h"
+
+namespace tandem::cli {
+
+/// The options of everything that opens a window.
+struct WindowArguments {
+  std::string size = "1280x720";
+  double fps = 60.0, seconds = 0.0;
+  std::string screenshot, frames;
+  bool hidden = false, offscreen = false, no_panels = false, no_labels = false, no_ghosts = false;
+  int samples = 4;
+  bool stereo = false;
+  std::string room, head, head_track, eye = "middle";
+  std::string camera;
+
+  void add(CLI::App& command);
+  /// Throws CLI::ValidationError, std::runtime_error (room).
+  [[nodiscard]] view::ViewerOptions options() const;
+};
+
+/// What arrows, rings and dots mean in a scene.
+[[nodiscard]] std::string legend_of(const core::Scene& scene, bool pointer);
+/// Predicted stability of the scene in a line; says why where there is none.
+[[nodiscard]] std::string margin_of(const core::Scene& scene, double delay_packets);
+
+[[nodiscard]] nlohmann::ordered_json to_json(const core::Scene& scene,
+                                             const view::ViewerReport& report);
+
+}  // namespace tandem::cli

@@ -1,0 +1,91 @@
+#include <cstdlib>
+#include <gtest/gtest.h>
+
+#include "recording/recording_reader.h"
+#include "tests/system/program.h"
+#include "tests/view/x_server.h"
+
+// Whatever happens to the window, the person is told and the node goes on to its end.
+namespace tandem::test {
+namespace {
+
+std::vector<std::string> node_with_window(const std::string& file) {
+  return node({"server", "--scene", "plane_single", "--bind", free_address(), "--seconds", "2.5",
+               "--record", file, "--view", "--view-size", "200x150", "--view-fps", "20", "--quiet"});
+}
+
+/// All ticks of 2.5 s but those a busy machine missed.
+void expect_whole(const std::string& file) {
+  recording::RecordingReader reader(file);
+  EXPECT_TRUE(reader.complete());
+  const auto last = reader.ticks(reader.tick_count() - 1, 1);
+  ASSERT_EQ(last.size(), 1u);
+  EXPECT_GT(last[0].slot, 2500);
+}
+
+TEST(ViewFailures, TheDisplayGoesAwayAndTheNodeGoesOn) {
+  XServer server;
+  if (!server.runs()) GTEST_SKIP() << "Xvfb is not installed";
+  server.use();
+  const std::string file = scratch("display_lost.h5");
+  Program program(node_with_window(file));
+  ASSERT_TRUE(program.says("server: scene"));
+  sleep_seconds(1.0);
+  server.kill();
+  EXPECT_EQ(program.wait(), 0) << program.output();
+  EXPECT_NE(program.output().find("the display is gone; the node goes on"), std::string::npos)
+      << program.output();
+  expect_whole(file);
+}
+
+TEST(ViewFailures, ADisplayWithoutOpenGlIsSaidAndTheNodeGoesOn) {
+  XServer server;
+  if (!server.runs()) GTEST_SKIP() << "Xvfb is not installed";
+  server.use();
+  const std::string file = scratch("old_gl.h5");
+  setenv("MESA_GL_VERSION_OVERRIDE", "2.1", 1);
+  Program program(node_with_window(file));
+  unsetenv("MESA_GL_VERSION_OVERRIDE");
+  EXPECT_EQ(program.wait(), 0) << program.output();
+  EXPECT_NE(program.output().find("OpenGL 3.3"), std::string::npos) << program.output();
+  EXPECT_NE(program.output().find("the node goes on without it"), std::string::npos);
+  expect_whole(file);
+}
+
+TEST(ViewFailures, NoDisplayOfThatNameIsSaid) {
+  setenv("DISPLAY", ":987", 1);
+  Program program({"view", "--scene", "plane_single", "--seconds", "1"});
+  EXPECT_EQ(program.wait(), 1) << program.output();
+  EXPECT_NE(program.output().find("cannot open display :987"), std::string::npos) << program.output();
+}
+
+TEST(ViewFailures, WrongInputIsRefusedWithWhatIsAllowed) {
+  unsetenv("DISPLAY");
+  struct Case {
+    std::vector<std::string> arguments;
+    const char* said;
+    int status;
+  };
+  const std::string png = scratch("x.png");
+  for (const Case& c : std::initializer_list<Case>{
+           {{"--size", "10x10"}, "64x64 to", 2},
+           {{"--size", "nan"}, "WIDTHxHEIGHT", 2},
+           {{"--camera", "1,2"}, "AZIMUTH,ELEVATION", 2},
+           {{"--screenshot", png}, "--seconds", 2},
+           {{"--screenshot", "/nowhere/x.png", "--seconds", "1"}, "/nowhere/x.png", 2},
+           {{"--pointer", "nobody"}, "has no user \"nobody\"", 2},
+           {{"--scene", "nothing"}, "nothing", 2},
+           {{"--recording", "missing.h5"}, "missing.h5", 1},
+           {{"--connect", "here"}, "here", 1},
+           {{"--room", "missing.json"}, "missing.json", 1}}) {
+    std::vector<std::string> arguments{"view"};
+    arguments.insert(arguments.end(), c.arguments.begin(), c.arguments.end());
+    Program program(arguments);
+    EXPECT_EQ(program.wait(), c.status) << c.arguments[0] << ": " << program.output();
+    EXPECT_NE(program.output().find(c.said), std::string::npos)
+        << c.arguments[0] << ": " << program.output();
+  }
+}
+
+}  // namespace
+}  // namespace tandem::test

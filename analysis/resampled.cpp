@@ -195,6 +195,8 @@ std::string why_not_resampled(const Scene& scene, const core::NetworkModel& netw
   if (scene.reconstruction.kind != core::ReconstructionKind::kHold)
     return "extrapolated samples change within a packet period";
   if (!scene.contact.attached) return "contacts may open";
+  if (scene.integrator == core::Integrator::kExactCoupler)
+    return "object and coupler are integrated together";
   for (const auto& wall : scene.walls)
     if (!wall.attached) return "walls may be left";
   const bool central = scene.architecture == core::Architecture::kCentral;

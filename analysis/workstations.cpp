@@ -104,6 +104,7 @@ class SiteBuilder {
     site_.external(v, b) = T / mass;
     switch (scene_.integrator) {
       case core::Integrator::kZeroOrderHold:
+      case core::Integrator::kExactCoupler:  // refused by why_not_resampled
         site_.external(x, b) = 0.5 * T * T / mass;
         break;
       case core::Integrator::kSemiImplicitEuler:

@@ -7,6 +7,8 @@ build_packages=(
   libcli11-dev libfmt-dev nlohmann-json3-dev libeigen3-dev libgtest-dev libbenchmark-dev
   python3 python3-matplotlib rt-tests python3-dev python3-numpy pybind11-dev
 )
+# The engines that `tandem bench error` compares with, if they are there; MuJoCo: pip install mujoco.
+bench_packages=(libbox2d-dev libbullet-dev libode-dev)
 # For the tests beyond that: formatting, lint, network namespaces.
 test_packages=(clang-format-14 clang-tidy-14 iproute2 procps util-linux)
 

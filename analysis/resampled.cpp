@@ -176,6 +176,8 @@ std::string why_not_resampled(const Scene& scene, const core::NetworkModel& netw
       !within_horizon(scene, network))
     return "extrapolation ends within a packet period";
   if (!scene.contact.attached) return "contacts may open";
+  if (scene.integrator == core::Integrator::kExactCoupler)
+    return "object and coupler are integrated together";
   for (const auto& wall : scene.walls)
     if (!wall.attached || scene.space != core::Space::kAxis) return "walls may be left";
   const bool central = scene.architecture == core::Architecture::kCentral;

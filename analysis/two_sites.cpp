@@ -272,7 +272,7 @@ std::optional<TwoSites> TwoSites::of(const core::Scene& scene, const core::Netwo
   TwoSites out;
   if (scene.space != core::Space::kAxis || scene.architecture == Architecture::kSingle ||
       scene.users.size() != 2 || scene.objects.size() != 1 || !scene.contact.attached ||
-      scene.rates.latency_ticks != 0 ||
+      scene.rates.latency_ticks != 0 || scene.integrator == core::Integrator::kExactCoupler ||
       scene.reconstruction.kind != core::ReconstructionKind::kHold)
     return std::nullopt;
   for (const core::UserParameters& user : scene.users) {

@@ -66,7 +66,8 @@ class ServerLaw {
   }
 
   /// The states in order: objects, held samples of the remote users, delayed forces, velocity
-  /// estimates. Contacts, presence and the guard are not among them: a linear law has none.
+  /// estimates, and what led fingers did before (Integrator::kExactCoupler). Other contacts,
+  /// presence and the guard are not among them: a linear law has none.
   template <typename Visitor>
   void visit_state(Visitor&& visitor) {
     for (int o = 0; o < world_.object_count(); ++o) World::visit_body(objects_[o], visitor);
@@ -76,6 +77,11 @@ class ServerLaw {
       users_[u].latency.visit_state({users_[u].fingers, u == 0 ? world_.object_count() : 0},
                                     visitor);
     for (int u = 0; u < user_count_; ++u) users_[u].stages.visit_state(users_[u].fingers, visitor);
+    if constexpr (World::kSpace == core::Space::kAxis)
+      for (User& user : users_)
+        for (int f = 0; f < user.fingers; ++f)
+          for (int o = 0; o < world_.object_count(); ++o)
+            if (user.grasps[f][o].exact) visitor.velocity(user.contacts[f][o].before);
   }
 
  private:
@@ -107,6 +113,7 @@ class ServerLaw {
 
   void accept(std::int64_t slot, const Inputs& inputs) noexcept;
   [[nodiscard]] Wrench touch(User& user, int o, const typename World::Placed& object) noexcept;
+  void give_way(int o, const Body& change) noexcept requires(World::kSpace == core::Space::kAxis);
   void finish(User& user) noexcept;
 
   World world_{};
@@ -146,6 +153,17 @@ ServerLaw<World>::ServerLaw(const core::Scene& scene) noexcept
                                          parameters.mass, user.local);
     }
   }
+  if constexpr (World::kSpace == core::Space::kAxis)
+    for (int o = 0; o < world_.object_count(); ++o) {
+      core::Gain sum;
+      for (int u = 0; u < user_count_; ++u)
+        for (int f = 0; f < users_[u].fingers; ++f)
+          if (const auto& grasp = users_[u].grasps[f][o]; grasp.exact) {
+            sum.stiffness += grasp.gain.stiffness;
+            sum.damping += grasp.gain.damping;
+          }
+      world_.hold(o, sum);
+    }
 }
 
 template <typename World>
@@ -160,7 +178,10 @@ void ServerLaw<World>::tick(std::int64_t slot, const Inputs& inputs) noexcept {
     }
     total = users_[0].latency.delayed(o, total);
     if (world_.has_walls()) total += world_.walls_on_object(o, object_walls_[o], placed);
-    objects_[o] = world_.step(o, objects_[o], total);
+    const Body before = objects_[o];
+    objects_[o] = world_.step(o, before, total);
+    if constexpr (World::kSpace == core::Space::kAxis)
+      if (world_.holds_exactly()) give_way(o, world_.mean_change(o, before, total));
   }
   for (int u = 0; u < user_count_; ++u) finish(users_[u]);
 }
@@ -194,6 +215,19 @@ auto ServerLaw<World>::touch(User& user, int o, const typename World::Placed& ob
     user.hand.contact_bits |= World::contact_bits(user.contacts[f][o]) << (4 * f);
   }
   return wrench;
+}
+
+/// Forces at the start of the tick become those of its mean (Integrator::kExactCoupler).
+template <typename World>
+void ServerLaw<World>::give_way(int o, const Body& change) noexcept
+    requires(World::kSpace == core::Space::kAxis) {
+  for (int u = 0; u < user_count_; ++u)
+    for (int f = 0; f < users_[u].fingers; ++f) {
+      if (!users_[u].grasps[f][o].present) continue;
+      const Wrench less = World::given_way(users_[u].grasps[f][o], change);
+      users_[u].output.forces[f] += less;
+      users_[u].wrench[o] -= less;
+    }
 }
 
 template <typename World>

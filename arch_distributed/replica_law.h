@@ -62,7 +62,8 @@ class ReplicaLaw {
   }
 
   /// The states in order: own objects, held samples of the peers, delayed forces, velocity
-  /// estimates. Contacts, presence and the guard are not among them: a linear law has none.
+  /// estimates, and what led fingers did before (Integrator::kExactCoupler). Other contacts,
+  /// presence and the guard are not among them: a linear law has none.
   template <typename Visitor>
   void visit_state(Visitor&& visitor) {
     for (int o = 0; o < world_.object_count(); ++o) World::visit_body(own_.objects[o], visitor);
@@ -70,6 +71,10 @@ class ReplicaLaw {
       if (j != user_) core::visit_site(peers_[j].held, counts(j), visitor);
     latency_.visit_state(counts(user_), visitor);
     stages_.visit_state(finger_counts_[user_], visitor);
+    if constexpr (World::kSpace == core::Space::kAxis)
+      for (int f = 0; f < finger_counts_[user_]; ++f)
+        for (int o = 0; o < world_.object_count(); ++o)
+          if (grasps_[user_][f][o].exact) visitor.velocity(contacts_[user_][f][o].before);
   }
 
  private:
@@ -90,6 +95,8 @@ class ReplicaLaw {
                                 Output& output) noexcept;
   [[nodiscard]] Wrench remote_hand(int user, int o, const typename World::Placed& object) noexcept;
   [[nodiscard]] Wrench coordinate(const Peer& peer, int o) noexcept;
+  void give_way(int o, const Body& change, Output& output) noexcept
+      requires(World::kSpace == core::Space::kAxis);
   void account(const Wrench& network, const Body& before, const Body& after) noexcept;
 
   World world_{};
@@ -149,6 +156,11 @@ ReplicaLaw<World>::ReplicaLaw(const core::Scene& scene, int user) noexcept
     for (int f = 0; f < finger_counts_[j]; ++f)
       grasps_[j][f][o] = World::grasp(scene, coupler, scene.users[j].fingers[f], scene.objects[o],
                                       scene.users[j].mass, j == user);
+    if constexpr (World::kSpace == core::Space::kAxis)
+      if (j == user) {
+        const auto fingers = static_cast<double>(finger_counts_[j]);
+        world_.hold(o, {coupler.gain.stiffness * fingers, coupler.gain.damping * fingers});
+      }
   }
 }
 
@@ -178,6 +190,8 @@ auto ReplicaLaw<World>::tick(std::int64_t slot, const Inputs& inputs) noexcept -
     if (world_.has_walls()) wrench += world_.walls_on_object(o, object_walls_[o], placed);
     const Body before = own_.objects[o];
     own_.objects[o] = world_.step(o, before, wrench);
+    if constexpr (World::kSpace == core::Space::kAxis)
+      if (world_.holds_exactly()) give_way(o, world_.mean_change(o, before, wrench), output);
     account(network, before, own_.objects[o]);
   }
   if (world_.has_walls())
@@ -220,6 +234,18 @@ auto ReplicaLaw<World>::own_hand(int o, const typename World::Placed& object,
     own_.contact_bits |= World::contact_bits(contact) << (4 * f);
   }
   return wrench;
+}
+
+/// Forces at the start of the tick become those of its mean (Integrator::kExactCoupler).
+template <typename World>
+void ReplicaLaw<World>::give_way(int o, const Body& change, Output& output) noexcept
+    requires(World::kSpace == core::Space::kAxis) {
+  for (int f = 0; f < finger_counts_[user_]; ++f) {
+    if (!grasps_[user_][f][o].present) continue;
+    const Wrench less = World::given_way(grasps_[user_][f][o], change);
+    output.forces[f] += less;
+    own_wrench_[o] -= less;
+  }
 }
 
 template <typename World>

@@ -11,10 +11,14 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "arch_distributed/distributed_loop.h"
 #include "arch_distributed/replica_law.h"
+#include "bench/error_run.h"
 #include "bench/plain_tick.h"
 #include "bench/report.h"
+#include "core/axis_world.h"
 #include "core/plane_world.h"
+#include "scene/load_scene.h"
 
 namespace tandem::bench {
 namespace {
@@ -189,10 +193,23 @@ Comparison compare(const Session& s) {
   return out;
 }
 
+/// Seconds of virtual time a second of processor for a shipped scene of two users, with hands,
+/// laws and links in one loop.
+template <typename World>
+double virtual_speed(const core::Scene& scene) {
+  distributed::DistributedLoop<World> loop(scene);
+  constexpr int kSlots = 4096;
+  const double start = thread_ns();
+  for (int k = 0; k < kSlots; ++k) loop.tick();
+  return kSlots * scene.tick() / ((thread_ns() - start) * 1e-9);
+}
+
 void run(int rounds, const std::string& json_file) {
   const Session s = make_session();
   const Comparison comparison = compare(s);
-  std::vector<double> tick_ns, plain_ns;
+  const core::Scene plane = scene::load_scene("box_distributed");
+  const core::Scene axis = scene::load_scene("axis_distributed");
+  std::vector<double> tick_ns, plain_ns, plane_speed, axis_speed;
   Law a;
   PlainState b{};
   for (int r = 0; r < rounds + 2; ++r) {  // interleaved, so that both see the same machine
@@ -200,15 +217,21 @@ void run(int rounds, const std::string& json_file) {
     if (r < 2) continue;  // warm-up
     tick_ns.push_back(tick);
     plain_ns.push_back(plain);
+    if (r % 8 != 2) continue;
+    plane_speed.push_back(virtual_speed<core::PlaneWorld>(plane));
+    axis_speed.push_back(virtual_speed<core::AxisWorld>(axis));
   }
   const double tick = median(tick_ns), plain = median(plain_ns);
   const std::string text = fmt::format(
       "one planar tick, {} fingers, box, {} walls, ground friction, other copy\n"
       "(in contact on average: {:.2f} fingers, {:.2f} corners)\n"
       "  Tandem          {:7.1f} ns\n  plain doubles   {:7.1f} ns\n  ratio           {:7.2f}"
-      "  (at most 2)\n  largest distance of the two boxes {:.2e} m\n",
+      "  (at most 2)\n  largest distance of the two boxes {:.2e} m\n"
+      "virtual time on one core, two users, hands, laws and links\n"
+      "  box_distributed  {:8.0f} times real time  (at least 1000)\n"
+      "  axis_distributed {:8.0f} times real time  (at least 3000)\n",
       kFingers, kWalls, comparison.busy_fingers, comparison.busy_corners, tick, plain, tick / plain,
-      comparison.path_difference);
+      comparison.path_difference, median(plane_speed), median(axis_speed));
   report(json_file, text,
          {{"tick_ns", tick},
           {"plain_tick_ns", plain},
@@ -218,6 +241,8 @@ void run(int rounds, const std::string& json_file) {
           {"mean_fingers_in_contact", comparison.busy_fingers},
           {"mean_corners_in_contact", comparison.busy_corners},
           {"path_difference_m", comparison.path_difference},
+          {"virtual_speed_box_distributed", median(plane_speed)},
+          {"virtual_speed_axis_distributed", median(axis_speed)},
           {"ticks_per_round", kTicks},
           {"rounds", rounds}});
 }

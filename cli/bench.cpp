@@ -1,4 +1,5 @@
 #include "bench/analysis.h"
+#include "bench/error.h"
 #include "bench/packet.h"
 #include "bench/tick.h"
 #include "bench/view.h"
@@ -12,6 +13,7 @@ void add_bench(CLI::App& app) {
       "bench", "measure Tandem beside a peer in the same run; run it on a quiet machine");
   command->require_subcommand(1);
   bench::add_bench_analysis(*command);
+  bench::add_bench_error(*command);
   bench::add_bench_tick(*command);
   bench::add_bench_packet(*command);
   bench::add_bench_view(*command);

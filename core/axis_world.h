@@ -5,6 +5,7 @@
 
 #include "core/axis_state.h"
 #include "core/finger_sample.h"
+#include "core/held_step.h"
 #include "core/integrate.h"
 #include "core/reconstruction.h"
 #include "core/scene.h"
@@ -14,6 +15,14 @@ namespace tandem::core {
 /// Physics of an axis scene: hands and objects are points on a line (thesis Figs 3.1, 4.3, 4.4).
 /// One of the three worlds; the laws of arch_central/ and arch_distributed/ are written once over
 /// them. Trivially copyable; built from a validated scene before the session.
+///
+/// Integrator kExactCoupler: the fingers of the own machine are led by half a tick,
+///   p + v T / 2,  v + (v - v of the tick before) / 2        (standing before the first tick)
+/// and object and couplers to these are integrated together, exactly (core/held_step.h); walls,
+/// copies and remote hands stay held forces. Finger and object are given the mean force of the
+/// tick, equal and opposite. Second order in T; stable on the object's side for any stiffness. The
+/// lead returns the damping K T / 2 that a held force takes away: a hand of mass m on a heavy
+/// object stays stable far beyond 2 b / T, and for b < m / T. It trusts the finger's velocity.
 class AxisWorld {
  public:
   static constexpr Space kSpace = Space::kAxis;
@@ -28,12 +37,16 @@ class AxisWorld {
     double offset = 0.0;  ///< rest distance finger minus object [m]
     double side = 0.0;    ///< 0: attached; +-1: unilateral, the finger pushes towards -side
     bool present = false;
+    bool exact = false;  ///< integrated together with the object
+    double lead = 0.0;   ///< exact: half a tick [s]
   };
   struct Coordination {
     Gain gain;
     bool present = false;
   };
-  struct Contact {};  ///< an axis contact remembers nothing
+  struct Contact {
+    double before = 0.0;  ///< exact: the finger's velocity at the tick before [m/s]
+  };
   struct ObjectWalls {};
   struct FingerWalls {};
 
@@ -53,7 +66,9 @@ class AxisWorld {
     for (int o = 0; o < object_count_; ++o) {
       const ObjectParameters& object = scene.objects[o];
       const double mass = object.mass * mass_share;
-      objects_[o] = {1.0 / mass, object.compensation, object.ground_friction * scene.gravity};
+      objects_[o] = {
+          1.0 / mass, object.compensation,    object.ground_friction * scene.gravity, 0.0,
+          0.0,        held_step(0.0, 0.0, T_)};
     }
     for (int w = 0; w < wall_count_; ++w) {
       const WallParameters& wall = scene.walls[w];
@@ -70,8 +85,10 @@ class AxisWorld {
 
   [[nodiscard]] static Grasp grasp(const Scene& scene, const CouplerParameters& coupler,
                                    const FingerParameters& finger, const ObjectParameters& object,
-                                   double /*user_mass*/, bool /*own*/) noexcept {
+                                   double /*user_mass*/, bool own) noexcept {
     Grasp g{coupler.gain, 0.0, 0.0, coupler.gain.stiffness > 0.0 || coupler.gain.damping > 0.0};
+    g.exact = own && scene.integrator == Integrator::kExactCoupler;
+    if (g.exact) g.lead = 0.5 * scene.tick();
     const double distance = finger.position.x - object.position.x;
     if (scene.contact.attached)
       g.offset = distance;
@@ -86,10 +103,16 @@ class AxisWorld {
 
   /// f_O = K (x_H - x_O) + B (v_H - v_O), f_H = -f_O (3.4, 4.28 without the mirrored axis).
   /// Unilateral when the contact is not attached: the normal force never pulls.
-  [[nodiscard]] Touch touch(int, Contact&, const Grasp& g, const FingerSample<double>& finger,
-                            const Body& body) const noexcept {
-    const double stretch = finger.p - body.p - g.offset;
-    double on_body = g.gain.stiffness * stretch + g.gain.damping * (finger.v - body.v);
+  [[nodiscard]] Touch touch(int, Contact& contact, const Grasp& g,
+                            const FingerSample<double>& finger, const Body& body) const noexcept {
+    double stretch = finger.p - body.p - g.offset;
+    double rate = finger.v - body.v;
+    if (g.exact) {
+      stretch += finger.v * g.lead;
+      rate += 0.5 * (finger.v - contact.before);
+      contact.before = finger.v;
+    }
+    double on_body = g.gain.stiffness * stretch + g.gain.damping * rate;
     if (g.side != 0.0) {
       const bool inside = g.side * stretch < 0.0;
       if (!inside || g.side * on_body > 0.0) on_body = 0.0;
@@ -119,10 +142,42 @@ class AxisWorld {
     return force;
   }
 
+  /// Couplers of object `o` that kExactCoupler integrates with it: the sum of their gains.
+  void hold(int o, const Gain& sum) noexcept {
+    Object& object = objects_[o];
+    object.stiffness = sum.stiffness * object.inverse_mass;
+    object.damping = sum.damping * object.inverse_mass;
+    object.held = held_step(object.stiffness, object.damping, T_);
+  }
+  [[nodiscard]] bool holds_exactly() const noexcept {
+    return integrator_ == Integrator::kExactCoupler;
+  }
+  /// By how much position and velocity of object `o` over the tick differ in the mean from those at
+  /// its start, where `touch` was evaluated. `force` is what `step` was given.
+  [[nodiscard]] Body mean_change(int o, const Body& before, Wrench force) const noexcept {
+    const Object& object = objects_[o];
+    const double u = input(object, before, force);
+    return {object.held.mean_v * before.v + object.held.mean_u * u,
+            (object.held.y_v * before.v + object.held.y_u * u) / T_ - before.v};
+  }
+  /// What that takes away from the force of one coupler on the object.
+  [[nodiscard]] static Wrench given_way(const Grasp& g, const Body& change) noexcept {
+    return g.exact ? g.gain.stiffness * change.p + g.gain.damping * change.v : 0.0;
+  }
+
   /// One tick of an object: compensation (negative damping, chapter 6) is evaluated at the tick and
   /// held.
   [[nodiscard]] Body step(int o, const Body& body, Wrench force) const noexcept {
     const Object& object = objects_[o];
+    if (integrator_ == Integrator::kExactCoupler) {
+      // The velocity from the mean force, which the fingers are given too: momentum is kept to
+      // rounding, and the roundings of v_v and v_u do not add up.
+      const double u = input(object, body, force);
+      const Body change = mean_change(o, body, force);
+      const double a = (force + object.compensation * body.v) * object.inverse_mass;
+      return {body.p + object.held.y_v * body.v + object.held.y_u * u,
+              body.v + T_ * (a - object.stiffness * change.p - object.damping * change.v)};
+    }
     if (object.compensation != 0.0) force += object.compensation * body.v;
     Body next = body;
     core::advance(integrator_, T_, object.friction, next.p, next.v, force * object.inverse_mass);
@@ -162,8 +217,16 @@ class AxisWorld {
   struct Object {
     double inverse_mass = 0.0;
     double compensation = 0.0;
-    double friction = 0.0;  ///< deceleration by ground friction, mu g [m/s^2]
+    double friction = 0.0;   ///< deceleration by ground friction, mu g [m/s^2]
+    double stiffness = 0.0;  ///< of `held`, by mass [1/s^2]
+    double damping = 0.0;    ///< of `held`, by mass [1/s]
+    HeldStep held;           ///< of kExactCoupler
   };
+  /// Acceleration at the start of the tick, with the dampers' part of the start taken out: the
+  /// held step counts damping from standstill.
+  [[nodiscard]] static double input(const Object& object, const Body& body, Wrench force) noexcept {
+    return (force + object.compensation * body.v) * object.inverse_mass + object.damping * body.v;
+  }
   struct Wall {
     Gain gain;
     double point = 0.0;

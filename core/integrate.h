@@ -19,6 +19,7 @@ inline void advance(Integrator integrator, double T, double friction, V& x, V& v
   const bool stopped = limit > 0.0 && rub_on_ground(limit, v);
   switch (integrator) {
     case Integrator::kZeroOrderHold:
+    case Integrator::kExactCoupler:  // where nothing but held forces acts
       x += stopped ? stopping_way(T, limit, v0, free_v) : (v0 + v) * (0.5 * T);
       break;
     case Integrator::kSemiImplicitEuler:

@@ -82,9 +82,9 @@ struct SpaceBodyParameters {
 /// momentum in W grows by T tau to rounding, whatever the body's shape and speed.
 inline void turn_body(const SpaceBodyParameters& p, Integrator integrator, double T,
                       const Vec3& torque, Quat& q, Vec3& omega) noexcept {
-  const double before = integrator == Integrator::kZeroOrderHold       ? 0.5
-                        : integrator == Integrator::kSemiImplicitEuler ? 1.0
-                                                                       : 0.0;
+  const double before = integrator == Integrator::kSemiImplicitEuler ? 1.0
+                        : integrator == Integrator::kExplicitEuler   ? 0.0
+                                                                     : 0.5;
   const Axes axes = axes_of(q);
   const Vec3 omega_B = axes.to_body(omega);
   const Vec3 momentum = p.inertia * omega_B, impulse = axes.to_body(torque) * T;

@@ -26,6 +26,7 @@ class Validator {
     check_rates();
     check_silence();
     check_contact();
+    check_integrator();
     check_names("object", scene_.objects);
     check_names("wall", scene_.walls);
     check_names("coupler", scene_.couplers);
@@ -107,6 +108,26 @@ class Validator {
     if (scene_.contact.moment_cancellation && !(scene_.contact.pulse_force > 0.0))
       report("contact.pulse_force", " = " + number_text(scene_.contact.pulse_force) +
                                         " N: moment_cancellation needs a pulse force above 0");
+  }
+
+  void check_integrator() {
+    if (scene_.integrator != core::Integrator::kExactCoupler) return;
+    const auto refuse = [&](const std::string& why, const std::string& what) {
+      report("integrator",
+             " = EXACT_COUPLER: " + why + "; " + what +
+                 ", or choose ZERO_ORDER_HOLD, SEMI_IMPLICIT_EULER or EXPLICIT_EULER");
+    };
+    if (scene_.space != core::Space::kAxis)
+      refuse("only an AXIS scene has linear couplers", "set space: AXIS");
+    if (!scene_.contact.attached)
+      refuse("contacts that may open are not linear", "set contact.attached: true");
+    if (scene_.rates.latency_ticks != 0)
+      refuse("a computation delay and a force of the same tick exclude each other",
+             "set rates.latency_ticks: 0");
+    for (std::size_t i = 0; i < scene_.objects.size(); ++i)
+      if (scene_.objects[i].ground_friction > 0.0)
+        refuse("ground friction is not linear",
+               "set object." + entry_key(scene_.objects[i], i) + ".ground_friction: 0");
   }
 
   void check_walls() {

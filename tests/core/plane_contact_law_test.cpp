@@ -272,6 +272,41 @@ TEST(PlaneContactLaw, PressingHarderWhileSlidingDoesNotChargeTheSpring) {
   EXPECT_NEAR(x + step - memory.anchor, before + step, 1e-12);          // stored by motion only
 }
 
+/// Hayward, Armstrong, Dupont: friction integrated over the way, w += dx, |w| <= mu f_n / sigma.
+template <typename Tangent>
+void expect_space_integrated(std::uint64_t seed) {
+  Random random(seed);
+  ContactGains gains = grasp_gains();
+  gains.tangential.damping = 0.0;
+  gains.friction = {0.5, 0.5, 1e9};
+  ContactMemory<Tangent> memory;
+  Tangent x{0.0}, w{0.0};
+  int slid = 0;
+  for (int k = 0; k < 20000; ++k) {
+    const double depth = random.uniform(0.002, 0.01);
+    Tangent step{0.0};
+    for (int i = 0; i < kComponents<Tangent>; ++i) component(step, i) = random.normal() * 0.001;
+    if (k == 0) step = Tangent{0.0};
+    x += step;
+    w += step;
+    const double most = 0.5 * 800.0 * depth / 1200.0, length = magnitude(w);
+    const SurfaceForce<Tangent> f =
+        press(memory, gains, SurfaceMotion<Tangent>{depth, 0.0, x, step * (1.0 / kT)}, kT);
+    if (length > most) w *= most / length, ++slid;
+    // Positions wander by centimetres: their rounding, times 1200 N/m.
+    EXPECT_LT(magnitude(f.tangential + w * 1200.0), 1e-13) << k;
+    if (testing::Test::HasFailure()) return;
+  }
+  EXPECT_GT(slid, 1000);
+}
+
+// The cone proxy and elasto-plastic friction are the same code: equal while the slip is slower than
+// v_tr. Faster, friction opposes the velocity at once.
+TEST(PlaneContactLaw, BelowTheThresholdVelocityItIsElastoPlasticFrictionIntegratedOverTheWay) {
+  expect_space_integrated<double>(1);
+  expect_space_integrated<Vec2>(2);
+}
+
 TEST(PlaneContactLaw, SubBreakawayVibrationDoesNotDrift) {
   ContactMemory<double> memory;
   const ContactGains gains = grasp_gains();

@@ -161,6 +161,21 @@ TEST(Validation, FieldsThatTheSpaceLacksAreRefused) {
   for (const Case& c : cases) expect_said(c);
 }
 
+TEST(Validation, ExactCouplersNeedWhatIsLinear) {
+  const std::vector<Case> cases = {
+      {"box_distributed",
+       {"integrator=EXACT_COUPLER"},
+       {"integrator = EXACT_COUPLER: only an AXIS scene", "contact.attached: true"}},
+      {"axis_single",
+       {"integrator=EXACT_COUPLER", "rates.latency_ticks=1"},
+       {"computation delay", "set rates.latency_ticks: 0"}},
+      {"axis_single",
+       {"integrator=EXACT_COUPLER", "object.box.ground_friction=0.1"},
+       {"set object.box.ground_friction: 0"}},
+  };
+  for (const Case& c : cases) expect_said(c);
+}
+
 TEST(Validation, ImpossibleGeometryIsRefused) {
   const std::vector<Case> cases = {
       {"box_distributed", {"object.box.size.y=0"}, {"object.box.size.y = 0 m", "above 0"}},

@@ -1,4 +1,5 @@
 #include "bench/analysis.h"
+#include "bench/cost.h"
 #include "bench/packet.h"
 #include "bench/tick.h"
 #include "bench/wakeup.h"
@@ -11,6 +12,7 @@ void add_bench(CLI::App& app) {
       "bench", "measure Tandem beside a peer in the same run; run it on a quiet machine");
   command->require_subcommand(1);
   bench::add_bench_analysis(*command);
+  bench::add_bench_cost(*command);
   bench::add_bench_tick(*command);
   bench::add_bench_packet(*command);
   bench::add_bench_wakeup(*command);

@@ -168,6 +168,7 @@ void WorkstationBuilder::free_mass(int i, double mass_share) {
   site_.external(v, i) = T * inverse;
   switch (scene_.integrator) {
     case core::Integrator::kZeroOrderHold:
+    case core::Integrator::kExactCoupler:  // refused by why_not_resampled
       site_.external(x, i) = 0.5 * T * T * inverse;
       break;
     case core::Integrator::kSemiImplicitEuler:

@@ -17,6 +17,14 @@ namespace tandem::bench {
   return values[values.size() / 2];
 }
 
+/// Nothing where no file is named; throws std::runtime_error where it cannot be written.
+inline void write_csv(const std::string& file, const std::string& text) {
+  if (file.empty()) return;
+  std::ofstream out(file);
+  out << text;
+  if (!out.flush()) throw std::runtime_error("cannot write " + file);
+}
+
 /// Text to the terminal, and one JSON object to `json_file` if there is one; "-" prints the object
 /// instead of the text.
 inline void report(const std::string& json_file, const std::string& text,

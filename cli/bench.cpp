@@ -1,5 +1,6 @@
 #include "bench/analysis.h"
 #include "bench/error.h"
+#include "bench/cost.h"
 #include "bench/packet.h"
 #include "bench/tick.h"
 #include "bench/view.h"
@@ -14,6 +15,7 @@ void add_bench(CLI::App& app) {
   command->require_subcommand(1);
   bench::add_bench_analysis(*command);
   bench::add_bench_error(*command);
+  bench::add_bench_cost(*command);
   bench::add_bench_tick(*command);
   bench::add_bench_packet(*command);
   bench::add_bench_view(*command);

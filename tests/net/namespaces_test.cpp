@@ -43,13 +43,13 @@ class TwoNamespaces : public testing::Test {
     // nsenter, not `ip -n`: that remounts /, which a chroot does not allow.
     const std::string in_a = "nsenter --net=/run/netns/" + a_ + " ";
     const std::string in_b = "nsenter --net=/run/netns/" + b_ + " ";
-    for (const std::string& command : {"ip netns add " + a_, "ip netns add " + b_,
-                                       "ip link add " + cable_a + " netns " + a_ +
-                                           " type veth peer name " + cable_b + " netns " + b_,
-                                       in_a + "ip addr add 10.73.0.1/24 dev " + cable_a,
-                                       in_b + "ip addr add 10.73.0.2/24 dev " + cable_b,
-                                       in_a + "ip link set " + cable_a + " up",
-                                       in_b + "ip link set " + cable_b + " up"}) {
+    for (const std::string& command :
+         {"ip netns add " + a_, "ip netns add " + b_,
+          "ip link add " + cable_a + " netns " + a_ + " type veth peer name " + cable_b +
+              " netns " + b_,
+          in_a + "ip addr add 10.73.0.1/24 dev " + cable_a,
+          in_b + "ip addr add 10.73.0.2/24 dev " + cable_b, in_a + "ip link set " + cable_a + " up",
+          in_b + "ip link set " + cable_b + " up"}) {
       const std::string failure = failure_of(command);
       if (!failure.empty()) GTEST_SKIP() << "no network namespaces here: " << failure;
     }

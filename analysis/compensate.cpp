@@ -163,7 +163,7 @@ LoopReport report_loop(const core::Scene& whole, const core::NetworkModel& netwo
   }
   out.stiffness_factor = factor(cases, network, "coupler.*.stiffness", out.stiffness_open);
   out.damping_factor = factor(cases, network, "coupler.*.damping", out.damping_open);
-  out.delay_ticks = delay_left(cases, network, scene.ticks_per_packet());
+  out.delay_ticks = delay_left(cases, network, scene.most_ticks_per_packet());
   return out;
 }
 

@@ -20,6 +20,9 @@ double chance_below(const core::LinkModelParameters& link, double x) {
       return 0.5 * std::erfc(-x / (width * std::sqrt(2.0)));
     case core::JitterKind::kExponential:
       return x <= 0.0 ? 0.0 : -std::expm1(-x / width);
+    case core::JitterKind::kPareto:
+    case core::JitterKind::kParetoNormal:
+      break;  // refused by fates_of: netem's tables have no closed form
   }
   return x >= 0.0 ? 1.0 : 0.0;
 }
@@ -31,6 +34,10 @@ FatesOfLink fates_of(const core::LinkModelParameters& link) {
   PacketFates& fates = out.fates;
   if (link.first_in_first_out && (link.jitter != core::JitterKind::kNone || !link.recorded.empty()))
     out.why = "in a first-in-first-out link a packet waits for those before it";
+  if (link.jitter == core::JitterKind::kPareto || link.jitter == core::JitterKind::kParetoNormal)
+    out.why = "netem's Pareto tables have no closed form";
+  if (link.reorder > 0.0 || link.service_ticks > 0.0 || link.burst_loss < 1.0)
+    out.why = "packets overtake, queue, or get through bursts";
   if (link.duplicate > 0.0) out.why = "packets are doubled";
   if (link.outage_length > 0) out.why = "an outage has its time, not a chance";
   fates.burst_enter = link.burst_enter;

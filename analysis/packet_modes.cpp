@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numbers>
 
 #include "analysis/lifted.h"
 
@@ -7,7 +8,6 @@ namespace tandem::analysis {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kPi = 3.14159265358979323846;
 
 /// Phase by which the hands' velocities turn over a repeat, counted from packet to packet.
 double turned(const LiftedSystem& system, std::vector<Complex> x) {
@@ -41,7 +41,8 @@ std::vector<Complex> packet_modes(const LiftedSystem& system, const Judgement& j
       for (std::size_t i = 0; i < start.size(); ++i)
         start[i] = 1.0 / (1.0 + static_cast<double>(i));
       const auto vector = solve_shifted(system.transition, z * (1.0 + 1e-10), start);
-      angle += 2.0 * kPi * std::round((turned(system, vector) - angle) / (2.0 * kPi));
+      angle += 2.0 * std::numbers::pi *
+               std::round((turned(system, vector) - angle) / (2.0 * std::numbers::pi));
     }
     modes.push_back(std::polar(modulus, angle * share));
   }

@@ -48,10 +48,10 @@ struct Wanted {
 /// Ticks of round trip that may be added, one by one; -1: not stable as it is. Looks 20 packet
 /// periods far and no further.
 double delay_left(AnalyzedScene s, double packets) {
-  const int N = s.scene.ticks_per_packet();
+  const double N = s.scene.ticks_per_packet();
   const int now = static_cast<int>(std::ceil(packets * N - 1e-9));
   for (int more = 0; more <= 20 * N; ++more) {
-    s.network.set_round_trip(static_cast<double>(now + more) / N, N);
+    s.network.set_round_trip((now + more) / N, N);
     if (!analysis::judge(s.lift()).stable()) return more - 1;
   }
   return 20.0 * N;

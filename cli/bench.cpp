@@ -1,6 +1,6 @@
 #include "bench/analysis.h"
-#include "bench/error.h"
 #include "bench/cost.h"
+#include "bench/error.h"
 #include "bench/packet.h"
 #include "bench/tick.h"
 #include "bench/view.h"

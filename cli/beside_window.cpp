@@ -63,13 +63,14 @@ void run_node(const WindowedNode& node, node::NodeOptions options, const NodeArg
       throw CLI::ValidationError("--hands pointer",
                                  "needs a display to point on, and DISPLAY is not set");
     if (core::index_of(node.scene.users, node.pointer) < 0)
-      throw CLI::ValidationError("--hands pointer", "no user sits at a server without local users; "
-                                                    "point at a client or a replica");
+      throw CLI::ValidationError("--hands pointer",
+                                 "no user sits at a server without local users; "
+                                 "point at a client or a replica");
     options.hands.pointer = &feed;
   }
   if (!a.view) return finish(node.run(options), a.json);
 
-  core::ViewTap tap(node.scene.ticks_per_packet());
+  core::ViewTap tap(node.scene.most_ticks_per_packet());
   options.window = &tap;
   WindowArguments window = a.window_arguments();
   view::ViewerOptions v = window.options();
@@ -89,8 +90,8 @@ void run_node(const WindowedNode& node, node::NodeOptions options, const NodeArg
     thread.wait();
     finish(thread.report(), a.json, seen);
   };
-  // The X server is gone: Xlib would end this program here and now. The node first comes to its end,
-  // and then this program, without another word to the display.
+  // The X server is gone: Xlib would end this program here and now. The node first comes to its
+  // end, and then this program, without another word to the display.
   v.on_display_lost = [&] {
     std::fputs("window: the display is gone; the node goes on without a window\n", stderr);
     int status = 0;

@@ -16,9 +16,9 @@
 #include "analysis/resampled.h"
 #include "cli/analyze.h"
 #include "cli/commands.h"
+#include "cli/node_command.h"
 #include "core/network_model.h"
 #include "view/gl_window.h"
-#include "cli/node_command.h"
 #include "view/paced_session.h"
 #include "view/recording_source.h"
 #include "view/spectator.h"
@@ -57,8 +57,8 @@ int user_of(const core::Scene& scene, const std::string& name, const std::string
   std::string known;
   for (const core::UserParameters& user : scene.users)
     known += (known.empty() ? "" : ", ") + user.name;
-  throw CLI::ValidationError(option, "scene " + scene.name + " has no user \"" + name +
-                                         "\"; it has " + known);
+  throw CLI::ValidationError(
+      option, "scene " + scene.name + " has no user \"" + name + "\"; it has " + known);
 }
 
 /// Two positive whole numbers as in "1280x720".
@@ -66,8 +66,10 @@ std::pair<int, int> parse_size(const std::string& text) {
   int w = 0, h = 0;
   char x = 0, more = 0;
   std::istringstream in(text);
-  if (!(in >> w >> x >> h) || x != 'x' || (in >> more) || w < 64 || h < 64 || w > 16384 || h > 16384)
-    throw CLI::ValidationError("--size", "\"" + text + "\" is not WIDTHxHEIGHT, 64x64 to 16384x16384");
+  if (!(in >> w >> x >> h) || x != 'x' || (in >> more) || w < 64 || h < 64 || w > 16384 ||
+      h > 16384)
+    throw CLI::ValidationError("--size",
+                               "\"" + text + "\" is not WIDTHxHEIGHT, 64x64 to 16384x16384");
   return {w, h};
 }
 
@@ -121,14 +123,15 @@ std::function<void(double, view::Room&)> head_of_file(const std::string& file) {
         throw std::invalid_argument("times must grow");
       track->push_back({t, p});
     } catch (const std::exception& e) {
-      throw CLI::ValidationError("--head-track", fmt::format("{}:{}: \"{}\" is not t,x,y,z [s, m]: {}",
-                                                             file, number, line, e.what()));
+      throw CLI::ValidationError(
+          "--head-track",
+          fmt::format("{}:{}: \"{}\" is not t,x,y,z [s, m]: {}", file, number, line, e.what()));
     }
   }
   if (track->empty()) throw CLI::ValidationError("--head-track", file + " has no line t,x,y,z");
   return [track](double time, view::Room& room) {
-    const auto next = std::find_if(track->begin(), track->end(),
-                                   [&](const Pose& pose) { return pose.t > time; });
+    const auto next =
+        std::find_if(track->begin(), track->end(), [&](const Pose& pose) { return pose.t > time; });
     if (next == track->begin()) {
       room.tracker_from_head.t = next->p;
     } else if (next == track->end()) {
@@ -157,11 +160,13 @@ void watch_scene(const ViewArguments& a) {
   devices::PointerFeed feed;
   if (!a.pointer.empty()) {
     session.own = user_of(scene, a.pointer, "--pointer");
-    for (const core::FingerParameters& f : scene.users[static_cast<std::size_t>(session.own)].fingers)
+    for (const core::FingerParameters& f :
+         scene.users[static_cast<std::size_t>(session.own)].fingers)
       if (f.hand.stiffness <= 0.0)
-        throw CLI::ValidationError("--pointer", "finger \"" + f.name + "\" of user " + a.pointer +
-                                                    " has hand.stiffness 0: a pointer leads a hand by "
-                                                    "its spring; give it one, for example 300 N/m");
+        throw CLI::ValidationError("--pointer",
+                                   "finger \"" + f.name + "\" of user " + a.pointer +
+                                       " has hand.stiffness 0: a pointer leads a hand by "
+                                       "its spring; give it one, for example 300 N/m");
     session.pointer = &feed;
     options.pointer = &feed;
     options.pointer_user = session.own;
@@ -171,8 +176,9 @@ void watch_scene(const ViewArguments& a) {
   // A picture or a film is made at the session's own pace; a window is for people.
   options.own_time = !options.screenshot.empty() || !options.frames.empty();
   if (options.own_time && options.seconds <= 0.0)
-    throw CLI::ValidationError("--seconds", "is needed with --screenshot and --frames: when the last "
-                                            "picture is taken");
+    throw CLI::ValidationError("--seconds",
+                               "is needed with --screenshot and --frames: when the last "
+                               "picture is taken");
   if (options.own_time) options.visible = false;
   session.speed = options.own_time ? 0.0 : a.speed;
   if (session.speed != 1.0) session.seconds = 0.0;  // then the pictures say when it ends
@@ -196,11 +202,13 @@ void watch_recording(const ViewArguments& a) {
   if (options.own_time) options.visible = false;
   const double length = recording.end() - recording.begin();
   if (a.start > length)
-    throw CLI::ValidationError("--start", fmt::format("{} s: the recording has {:.3f} s", a.start, length));
+    throw CLI::ValidationError("--start",
+                               fmt::format("{} s: the recording has {:.3f} s", a.start, length));
   if (options.own_time && options.seconds <= 0.0) options.seconds = length - a.start;
-  options.text.title = fmt::format("{}, recorded at {}{}", scene.name,
-                                   recording.user() == "server" ? "the server" : "user " + recording.user(),
-                                   recording.complete() ? "" : " (not closed in order)");
+  options.text.title =
+      fmt::format("{}, recorded at {}{}", scene.name,
+                  recording.user() == "server" ? "the server" : "user " + recording.user(),
+                  recording.complete() ? "" : " (not closed in order)");
   options.text.legend = legend_of(scene, false);
   if (!a.no_margin) options.text.margin = margin_of(scene, a.delay_packets);
 
@@ -250,12 +258,14 @@ void watch_session(const ViewArguments& a) {
 
 void WindowArguments::add(CLI::App& command) {
   command.add_option("--size", size, "of the window, WIDTHxHEIGHT")->capture_default_str();
-  command.add_option("--seconds", seconds, "ends after this time [s]; 0: until the window is closed")
+  command
+      .add_option("--seconds", seconds, "ends after this time [s]; 0: until the window is closed")
       ->check(not_negative);
   command.add_option("--fps", fps, "pictures a second, at most")
       ->check(CLI::Range(1.0, 1000.0))
       ->capture_default_str();
-  command.add_option("--screenshot", screenshot, "write the last picture here, PNG; needs no display");
+  command.add_option("--screenshot", screenshot,
+                     "write the last picture here, PNG; needs no display");
   command.add_option("--frames", frames, "write every picture into this folder, PNG");
   command.add_flag("--hidden", hidden, "a window nobody sees");
   command.add_flag("--offscreen", offscreen, "no window, even where there is a display");
@@ -270,8 +280,9 @@ void WindowArguments::add(CLI::App& command) {
   auto* co_located = command.add_option_group("screens in a room (docs/viewer.md)");
   co_located->add_flag("--stereo", stereo, "left and right eye side by side");
   auto* room_option = co_located->add_option(
-      "--room", room, "JSON file with the frames of scene, tracker, devices, screen: picture for a "
-                      "tracked head before that screen");
+      "--room", room,
+      "JSON file with the frames of scene, tracker, devices, screen: picture for a "
+      "tracked head before that screen");
   co_located->add_option("--head", head, "X,Y,Z of the head in the tracker's frame [m]")
       ->needs(room_option);
   co_located->add_option("--head-track", head_track, "file with t,x,y,z of the head a line")
@@ -340,7 +351,7 @@ std::string margin_of(const core::Scene& given, double delay_packets) {
     const analysis::LinearScene linear = analysis::linear_scene(given);
     const core::Scene& scene = linear.scene;
     core::NetworkModel network;
-    const int N = scene.ticks_per_packet();
+    const double N = scene.ticks_per_packet();
     const auto radius_at = [&](double packets) {
       network.set_round_trip(packets, N);
       return analysis::judge(analysis::why_not_resampled(scene, network).empty()
@@ -356,7 +367,8 @@ std::string margin_of(const core::Scene& given, double delay_packets) {
     constexpr int kMost = 12;
     for (int more = 1; more <= kMost; ++more)
       if (!(radius_at(delay_packets + more) < 1.0))
-        return text + fmt::format("; bears {} more packet periods of round trip, not {}", more - 1, more);
+        return text +
+               fmt::format("; bears {} more packet periods of round trip, not {}", more - 1, more);
     return text + fmt::format("; bears {} more packet periods of round trip", kMost);
   } catch (const std::exception& e) {
     return std::string("stability not predicted: ") + e.what();
@@ -436,8 +448,10 @@ void add_view(CLI::App& app) {
       ->add_option("--delay-packets", a->delay_packets,
                    "round trip of the modelled network in packet periods")
       ->check(CLI::Range(0.0, 60.0));
-  command->add_option("--loss", a->loss, "of the modelled network [%]")->check(CLI::Range(0.0, 100.0));
-  command->add_option("--jitter-ms", a->jitter_ms, "of the modelled network, uniform, up to +- [ms]")
+  command->add_option("--loss", a->loss, "of the modelled network [%]")
+      ->check(CLI::Range(0.0, 100.0));
+  command
+      ->add_option("--jitter-ms", a->jitter_ms, "of the modelled network, uniform, up to +- [ms]")
       ->check(CLI::Range(0.0, 1000.0));
   command->add_flag("--no-margin", a->no_margin, "do not predict the stability");
   command->callback([a] {

@@ -30,8 +30,8 @@ struct LinkModelParameters {
   std::int64_t outage_length = 0;
   std::int64_t outage_period = 0;  ///< again after so many slots; 0: once
   bool first_in_first_out = false;
-  /// Recorded delays [ticks], negative: lost. Packets take them in order, round and round, on top of
-  /// the rest. Owned by whoever made them; must outlive the link.
+  /// Recorded delays [ticks], negative: lost. Packets take them in order, round and round, on top
+  /// of the rest. Owned by whoever made them; must outlive the link.
   std::span<const double> recorded{};
   bool recorded_from_seed = false;  ///< begin at a seeded place, not at the first
   std::uint64_t seed = 1;

@@ -204,6 +204,11 @@ struct Scene {
   [[nodiscard]] double ticks_per_packet() const noexcept {
     return packet_slots().ticks_per_packet();
   }
+  /// The same in whole ticks, rounded up: packets are never further apart.
+  [[nodiscard]] int most_ticks_per_packet() const noexcept {
+    const PacketSlots slots = packet_slots();
+    return static_cast<int>((slots.ticks + slots.packets - 1) / slots.packets);
+  }
 };
 
 /// Index of the entry with this name, or -1.

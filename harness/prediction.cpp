@@ -299,7 +299,7 @@ bool is_steady(const NetworkModel& network) {
 
 NetworkModel steady_network(const Scene& scene, const NetworkModel& network, int packets) {
   NetworkModel out = network;
-  const int N = scene.ticks_per_packet();
+  const int N = scene.most_ticks_per_packet();
   const auto mean_delay = [&](core::LinkModelParameters p) {
     p.outage_length = 0;
     core::LinkModel<int> link(p);

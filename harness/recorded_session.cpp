@@ -64,9 +64,9 @@ struct Node {
   std::int64_t slot = 0;
   for (const Node& node : nodes)
     for (const int peer : peers_of(node.site, scene)) {
-      const auto first = std::find_if(
-          node.packets.begin(), node.packets.end(),
-          [&](const core::PacketRecord& p) { return site_of(p.peer) == peer; });
+      const auto first =
+          std::find_if(node.packets.begin(), node.packets.end(),
+                       [&](const core::PacketRecord& p) { return site_of(p.peer) == peer; });
       if (first == node.packets.end())
         throw HarnessError(fmt::format("{} never heard {}; it said:\n{}", node.real->name,
                                        name_of(peer, scene), node.real->said));
@@ -95,8 +95,7 @@ void add_energy(SiteTrajectory& site, int user, const std::vector<Node>& nodes) 
   std::map<std::int64_t, double> energy;  // by the sender's slot
   for (const Node& node : nodes)
     for (const core::PacketRecord& p : node.packets)
-      if (site_of(p.peer) == user)
-        energy[p.packet.slot] = p.packet.energy_out - p.packet.energy_in;
+      if (site_of(p.peer) == user) energy[p.packet.slot] = p.packet.energy_out - p.packet.energy_in;
   site.has_network_energy = !energy.empty();
   double given = 0.0;
   auto next = energy.begin();
@@ -107,17 +106,16 @@ void add_energy(SiteTrajectory& site, int user, const std::vector<Node>& nodes) 
 }
 
 [[nodiscard]] SiteTrajectory trajectory_of(const Node& node, const std::vector<Node>& nodes,
-                                     const core::Scene& scene, int packet_bytes) {
+                                           const core::Scene& scene, int packet_bytes) {
   SiteTrajectory site;
   int user = node.site;
   const bool server = node.site == kServer;
   if (server) {  // the first user who sits there is in its record
-    const auto local = std::find_if(
-        scene.users.begin(), scene.users.end(), [&](const core::UserParameters& u) {
+    const auto local =
+        std::find_if(scene.users.begin(), scene.users.end(), [&](const core::UserParameters& u) {
           return u.local || scene.architecture == core::Architecture::kSingle;
         });
-    user = local == scene.users.end() ? kServer
-                                      : static_cast<int>(local - scene.users.begin());
+    user = local == scene.users.end() ? kServer : static_cast<int>(local - scene.users.begin());
   }
   site.user = name_of(user, scene);
   site.fingers = user == kServer ? 0 : static_cast<int>(scene.users[user].fingers.size());
@@ -133,7 +131,8 @@ void add_energy(SiteTrajectory& site, int user, const std::vector<Node>& nodes) 
 }
 
 template <typename Key>
-[[nodiscard]] std::pair<Key, std::int64_t> most_frequent(const std::map<Key, std::int64_t>& counts) {
+[[nodiscard]] std::pair<Key, std::int64_t> most_frequent(
+    const std::map<Key, std::int64_t>& counts) {
   std::pair<Key, std::int64_t> most{};
   for (const auto& [key, count] : counts)
     if (count > most.second) most = {key, count};
@@ -160,7 +159,7 @@ template <typename Key>
       if (packet->slot < first_slot) continue;
       const int delay = static_cast<int>(packet->slot - *held);
       ++delays[delay];
-      ++phases[static_cast<int>(*held % scene.ticks_per_packet())];
+      ++phases[static_cast<int>(*held % scene.most_ticks_per_packet())];
       sum += delay;
       squares += static_cast<double>(delay) * delay;
       if (link.used++ == 0) first = packet->packet.sequence;
@@ -194,7 +193,7 @@ RecordedSession read_session(const RealSession& session, const core::Scene& scen
   RecordedSession recorded;
   Trajectory& trajectory = recorded.trajectory;
   trajectory.tick = scene.tick();
-  trajectory.ticks_per_packet = scene.ticks_per_packet();
+  trajectory.ticks_per_packet = scene.most_ticks_per_packet();
   trajectory.first_slot = all_joined(nodes, scene);
   for (const Node& node : nodes) {
     trajectory.sites.push_back(trajectory_of(node, nodes, scene, packet_bytes));

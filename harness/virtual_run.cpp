@@ -47,7 +47,7 @@ class Recorder {
  public:
   Recorder(const Loop& loop, const Scene& scene, std::size_t ticks) {
     trajectory_.tick = scene.tick();
-    trajectory_.ticks_per_packet = loop.ticks_per_packet();
+    trajectory_.ticks_per_packet = scene.most_ticks_per_packet();
     for (int u = 0; u < loop.user_count(); ++u) {
       SiteTrajectory site;
       site.user = scene.users[static_cast<std::size_t>(u)].name;
@@ -109,7 +109,7 @@ class Recorder {
 
   [[nodiscard]] Trajectory finish(const Loop& loop, const Scene& scene) {
     const auto users = static_cast<std::int64_t>(trajectory_.sites.size());
-    const std::int64_t N = loop.ticks_per_packet();
+    const std::int64_t N = scene.most_ticks_per_packet();
     for (std::size_t u = 0; u < trajectory_.sites.size(); ++u) {
       SiteTrajectory& site = trajectory_.sites[u];
       std::int64_t receivers = users - 1;

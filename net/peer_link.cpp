@@ -300,18 +300,18 @@ void PeerLink::on_event(const SessionEvent& event, bool is_host, std::int64_t no
   LinkMessage message{.is_error = false, .text = event.text};
   const bool spectator = event.sender == kNobody;
   if (!spectator) switch (event.kind) {
-    case SessionEventKind::kJoined:
-      join_peer(event, now_ns);
-      break;
-    case SessionEventKind::kLeft:
-    case SessionEventKind::kLost:
-      leave_peer(event.sender, now_ns);
-      break;
-    case SessionEventKind::kRefused:
-    case SessionEventKind::kFailed:
-      message.is_error = !is_host;
-      break;
-  }
+      case SessionEventKind::kJoined:
+        join_peer(event, now_ns);
+        break;
+      case SessionEventKind::kLeft:
+      case SessionEventKind::kLost:
+        leave_peer(event.sender, now_ns);
+        break;
+      case SessionEventKind::kRefused:
+      case SessionEventKind::kFailed:
+        message.is_error = !is_host;
+        break;
+    }
   constexpr std::size_t kMostMessages = 1000;  // nobody reads them, somebody knocks all day
   if (messages_.size() < kMostMessages) messages_.push_back(std::move(message));
   joined_.notify_all();
@@ -409,7 +409,7 @@ void PeerLink::send_snapshots() {
 void PeerLink::send_snapshot(core::StatePacket& packet) {
   const int site = peer_index(packet.sender);
   if (site < 0) return;
-  packet.send_ns = monotonic_ns();
+  packet.send_ns = core::monotonic_ns();
   packet.echo_ns = packet.echo_hold_ns = 0;
   for (SpectatorDesk::Spectator& s : desk_->spectators()) {
     if (!s.here || !s.proven) continue;

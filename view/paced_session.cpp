@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
-#include <vector>
 #include <utility>
+#include <vector>
 
 #include "arch_central/central_loop.h"
 #include "arch_distributed/distributed_loop.h"
@@ -81,17 +81,18 @@ struct PacedSession::LoopRunner {
         feed(options.pointer) {
     const int here = is_central(scene) ? core::NetworkModel::kServer : own;
     for (int u = 0; u < static_cast<int>(scene.users.size()); ++u) {
-      const bool remote = is_central(scene)
-                              ? !scene.users[static_cast<std::size_t>(u)].local &&
-                                    scene.architecture == core::Architecture::kCentral
-                              : u != own;
-      ways.push_back({remote, options.network.phase_ticks[static_cast<std::size_t>(u)],
-                      core::ModelledPort<int>(options.network.link[static_cast<std::size_t>(u)]
-                                                                 [static_cast<std::size_t>(here)])});
+      const bool remote = is_central(scene) ? !scene.users[static_cast<std::size_t>(u)].local &&
+                                                  scene.architecture == core::Architecture::kCentral
+                                            : u != own;
+      ways.push_back(
+          {remote,
+           core::PacketTicks(scene.packet_slots(),
+                             options.network.phase_ticks[static_cast<std::size_t>(u)]),
+           core::ModelledPort<int>(
+               options.network.link[static_cast<std::size_t>(u)][static_cast<std::size_t>(here)])});
     }
     if (feed == nullptr) return;
-    for (const core::FingerParameters& finger :
-         scene.users[static_cast<std::size_t>(own)].fingers)
+    for (const core::FingerParameters& finger : scene.users[static_cast<std::size_t>(own)].fingers)
       followers.emplace_back(finger.position);
   }
 
@@ -111,10 +112,7 @@ struct PacedSession::LoopRunner {
     loop.tick();
     for (Way& way : ways) {
       if (!way.remote) continue;
-      if (slot == way.next_packet) {
-        way.port.push(0, slot);
-        way.next_packet += scene.ticks_per_packet();
-      }
+      if (way.packets.due(slot)) way.port.push(0, slot);
       (void)way.port.receive(slot);
       way.age = static_cast<double>(way.port.age(slot)) * scene.tick();
     }
@@ -133,11 +131,11 @@ struct PacedSession::LoopRunner {
     }
   }
 
-  /// The way of one user's packets to here. The loop's own is not to be looked into; a link with the
-  /// same parameters and seed deals the same fates, so this one tells their age.
+  /// The way of one user's packets to here. The loop's own is not to be looked into; a link with
+  /// the same parameters and seed deals the same fates, so this one tells their age.
   struct Way {
     bool remote = false;
-    std::int64_t next_packet = 0;
+    core::PacketTicks packets;
     core::ModelledPort<int> port;
     double age = 0.0;
   };
@@ -158,7 +156,7 @@ void PacedSession::use(const core::Scene& scene) {
 }
 
 PacedSession::PacedSession(const core::Scene& scene, const Options& options)
-    : options_(options), T_(scene.tick()), ticks_per_packet_(scene.ticks_per_packet()) {
+    : options_(options), T_(scene.tick()), ticks_per_packet_(scene.most_ticks_per_packet()) {
   const auto make = [&]<typename World>(World) {
     if (is_central(scene))
       use<central::CentralLoop<World>>(scene);

@@ -46,7 +46,7 @@ class PacedSession {
 
   Options options_;
   double T_;
-  int ticks_per_packet_;
+  int ticks_per_packet_;  ///< rounded up where the ratio of the rates is not whole
   std::int64_t slot_ = 0;
   std::function<void()> tick_;
   std::function<void(Snapshot&)> fill_;

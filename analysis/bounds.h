@@ -120,7 +120,8 @@ namespace tandem::analysis {
 }
 
 /// Stiffest absolutely stable virtual coupling with damping B [N/m], by bisection. At most
-/// (4 / T) (b + sqrt(b^2 + b B)), which is its limit in slow motion. 0 without device damping.
+/// (4 / T) (b + sqrt(b^2 + b B)), which is its limit in slow motion. 0 without device damping, and
+/// where the damper alone is too much, B > 8 b: at w T = 2 pi / 3, 1 / B against 1 / 8 b.
 [[nodiscard]] inline double llewellyn_stiffness(double damping, double device_damping, double T) {
   const double b = device_damping;
   if (!(b > 0.0)) return 0.0;

@@ -61,6 +61,33 @@ double cancels(const core::Scene& scene, const core::NetworkModel& network,
   return std::numeric_limits<double>::infinity();
 }
 
+/// Whether slow rigid motion of one user alone costs work whichever way it goes, v . D v > 0: then
+/// no hand that holds some axes straight is driven along the others. By Sylvester's minors.
+bool dissipates(const core::Scene& scene, const core::NetworkModel& network, int user) {
+  const core::Scene alone = with_one_hand(scene, scene.users[user].name);
+  const LiftedSystem system = lifted_system(alone, network);
+  const Matrix d = felt_motion(system, grasp_axes(system, alone, user, 0)).mean_damping;
+  const auto s = [&](int i, int j) { return 0.5 * (d(i, j) + d(j, i)); };
+  const double two = s(0, 0) * s(1, 1) - s(0, 1) * s(0, 1);
+  const double three = s(2, 2) * two - s(0, 2) * (s(0, 2) * s(1, 1) - s(0, 1) * s(1, 2)) -
+                       s(1, 2) * (s(1, 2) * s(0, 0) - s(0, 1) * s(0, 2));
+  return s(0, 0) > 0.0 && two > 0.0 && three > 0.0;
+}
+
+/// Largest compensation below `most` that leaves every slow motion dissipative.
+double bears_slow_motion(core::Scene scene, const core::NetworkModel& network, int user,
+                         const Knob& knob, double most) {
+  const auto good = [&](double c) {
+    knob.set(scene, c);
+    return dissipates(scene, network, user);
+  };
+  if (!good(0.0)) return 0.0;
+  double low = 0.0, high = most;
+  if (!std::isfinite(most) || good(most)) return most;
+  for (int i = 0; i < 40; ++i) (good(0.5 * (low + high)) ? low : high) = 0.5 * (low + high);
+  return low;
+}
+
 /// Compensation that leaves no drag along `axis` when the force acts on the copies themselves
 /// (Fig 6.3). By secants on the direct solve: the model need not be stable for that.
 double cancels_simplified(const core::Scene& scene, const core::NetworkModel& network,
@@ -207,10 +234,23 @@ std::vector<Compensator> compensators(const core::Scene& whole, const core::Netw
       bound(early, one.who + ", no delay");
       bound(now, one.who + ", this delay");
     }
+    for (std::size_t u = 0; most.size() == 3 && u < scene.users.size(); ++u) {
+      const Knob knob(scene, c.field);
+      const int user = static_cast<int>(u);
+      const std::string who = "user " + scene.users[u].name + " alone, some axes held straight, ";
+      const double early = bears_slow_motion(scene, still, user, knob, c.cancels_undelayed);
+      const double now = bears_slow_motion(scene, network, user, knob, c.cancels_now);
+      c.cancels_undelayed = std::min(c.cancels_undelayed, early);
+      c.cancels_now = std::min(c.cancels_now, now);
+      bound(early, who + "no delay");
+      bound(now, who + "this delay");
+    }
     c.simplified_undelayed = cancels_simplified(scene, still, Knob(scene, c.field), turn ? 2 : 0);
     if (turn) bound(c.simplified_undelayed, "the simplified model, no delay");
     // Rounding of a zero drag is no compensator.
-    c.value = least < 1e-9 ? 0.0 : (1.0 - leave) * least;
+    for (double* x : {&least, &c.cancels_now, &c.cancels_undelayed})
+      if (*x < 1e-9) *x = 0.0;
+    c.value = (1.0 - leave) * least;
     if (!std::isfinite(c.value)) c.value = 0.0;
     out.push_back(c);
     (turn ? o.compensation_rotation : o.compensation) = c.value;

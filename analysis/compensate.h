@@ -45,8 +45,10 @@ struct Compensator {
 /// by the reference analysis (4.4): what counts is not the felt damping but what each copy may get
 /// before the net damping of any user alone is zero, at no delay and at this one, all users holding
 /// too. Of the least of these all but the part `leave` is taken.
-/// Exact: ends of the stable interval of the compensation on the lifted map, common motions out.
-/// Throws std::domain_error where the scene has no free motion or is unstable as it is.
+/// In a plane drag is a matrix D: slow motion must cost work, v . D v > 0, in every direction, for
+/// a hand may hold the box straight while it moves. Exact: ends of the stable interval of the
+/// compensation on the lifted map, common motions out. Throws std::domain_error where the scene has
+/// no free motion or is unstable as it is.
 [[nodiscard]] std::vector<Compensator> compensators(const core::Scene& scene,
                                                     const core::NetworkModel& network, int object,
                                                     double leave);

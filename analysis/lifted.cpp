@@ -254,26 +254,26 @@ LinearScene linear_scene(const core::Scene& given) {
     }
     assume(opened, "walls attached: what touches them never lifts off");
   }
+  // Asked of the scene as it was given: a grasp has lost all this already.
   bool friction = false, device = false, intent = false;
-  for (auto& object : scene.objects) {
+  for (const auto& object : given.objects)
     friction = friction || object.ground_friction > 0.0 || object.ground_friction_rotation > 0.0;
-    object.ground_friction = object.ground_friction_rotation = 0.0;
-  }
-  for (auto& d : scene.devices) {
+  for (const auto& d : given.devices)
     device = device || d.encoder_step > 0.0 || d.friction > 0.0 || d.velocity_cutoff_hz > 0.0 ||
              d.max_force > 0.0 || d.max_slew > 0.0;
-    d.encoder_step = d.friction = d.velocity_cutoff_hz = d.max_force = d.max_slew = 0.0;
-  }
-  for (auto& user : scene.users)
-    for (auto& finger : user.fingers) {
+  for (const auto& user : given.users)
+    for (const auto& finger : user.fingers)
       intent = intent || !finger.intent.path.empty() || !finger.intent.path_sines.empty() ||
                !finger.intent.force_sines.empty() || finger.intent.force != core::Vec3(0.0);
-      finger.intent = {};
-    }
+  for (auto& object : scene.objects) object.ground_friction = object.ground_friction_rotation = 0.0;
+  for (auto& d : scene.devices)
+    d.encoder_step = d.friction = d.velocity_cutoff_hz = d.max_force = d.max_slew = 0.0;
+  for (auto& user : scene.users)
+    for (auto& finger : user.fingers) finger.intent = {};
   assume(friction, "no friction between objects and the ground");
   assume(device, "ideal devices: no encoder step, friction, filter or force limit");
   assume(intent, "hands without intent of their own");
-  assume(scene.silence.has_value(), "packets keep coming: no fading");
+  assume(given.silence.has_value(), "packets keep coming: no fading");
   scene.silence.reset();
   return out;
 }

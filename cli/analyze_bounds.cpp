@@ -89,6 +89,7 @@ std::vector<Row> rows_of(const analysis::LocalCoupler& c) {
   const std::string b_text = fmt::format("b {:g}", c.device_damping);
   const auto no_damping = [&](Row& row) {
     row.applies = c.device_damping > 0.0;
+    if (row.applies) return;
     row.why_not = "the device has no damping of its own (finger.damping, --device-damping)";
   };
   std::vector<Row> rows;
@@ -202,6 +203,11 @@ std::vector<Row> rows_of(const analysis::LocalCoupler& c) {
   if (llewellyn.applies && c.latency_ticks > 0) {
     llewellyn.applies = false;
     llewellyn.why_not = "its two-port knows no computation delay";
+  }
+  if (llewellyn.applies && llewellyn.value == 0.0) {
+    llewellyn.applies = false;
+    llewellyn.why_not =
+        fmt::format("the damper alone needs {:g} N s/m of the device, B / 8", c.damping / 8.0);
   }
   const analysis::WorstHand any = analysis::worst_coupler_stiffness(c);
   llewellyn.exact = any.stiffness;

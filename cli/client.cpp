@@ -48,6 +48,7 @@ void add_client(CLI::App& app) {
     options.user = a.user;
     options.wait = a.wait;
     if (!a.scene.empty()) options.scene = scene::load_scene(a.scene, a.sets);
+<<<<<<< HEAD
     if (!a.node.view && a.node.hands != "pointer")
       return finish(central::run_client(options), a.node.json);
     if (a.scene.empty() || a.user.empty())
@@ -61,6 +62,10 @@ void add_client(CLI::App& app) {
                 return central::run_client(options);
               }},
              options.node, a.node);
+=======
+    a.node.guard(options.scene ? &*options.scene : nullptr);
+    finish(central::run_client(options), a.node.json);
+>>>>>>> c4906e8 (Nodes predict their scene's stability, watch the delay, and refuse or warn with advice)
   });
 }
 

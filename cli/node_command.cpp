@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "cli/commands.h"
+#include "cli/stability_guard.h"
 #include "node/site_name.h"
 
 namespace tandem::cli {
@@ -56,6 +57,12 @@ void NodeArguments::add(CLI::App& command) {
       ->check(not_negative);
   command.add_flag("--quiet", quiet, "no status");
   command
+      .add_option("--on-unstable", on_unstable,
+                  "when the measured delay leaves the region where the scene is predicted to be "
+                  "stable: refuse (let go of the others, end) or warn")
+      ->check(CLI::IsMember({"refuse", "warn"}))
+      ->capture_default_str();
+  command
       .add_option("--start-ns", start_ns,
                   "when slot 0 is due on this computer's monotonic clock [ns]; 0: at once")
       ->group("");  // for the demo, whose nodes start together
@@ -86,8 +93,16 @@ node::NodeOptions NodeArguments::options(const std::string& bind) const {
   return o;
 }
 
+<<<<<<< HEAD
 void finish(const node::NodeReport& report, const JsonOption& json,
             const nlohmann::ordered_json& window) {
+=======
+void NodeArguments::guard(const core::Scene* scene) const {
+  guard_next_node(on_unstable == "refuse", scene);
+}
+
+void finish(const node::NodeReport& report, const JsonOption& json) {
+>>>>>>> c4906e8 (Nodes predict their scene's stability, watch the delay, and refuse or warn with advice)
   if (!json.to_stdout()) std::fputs(node::to_text(report).c_str(), stdout);
   std::fflush(stdout);
   nlohmann::ordered_json all = node::to_json(report);

@@ -1,7 +1,11 @@
 #include "node/supervisor.h"
 
+#include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
+#include <memory>
+#include <optional>
 #include <thread>
 #include <unistd.h>
 
@@ -9,6 +13,7 @@
 
 #include "core/allocation_counter.h"
 #include "node/site_name.h"
+#include "node/stability_guard.h"
 
 namespace tandem::node {
 namespace {
@@ -23,6 +28,60 @@ constexpr double kLiveEvery = 0.2, kLogEvery = 5.0;  // [s]
   return std::sqrt(v.x * v.x + v.y * v.y + v.z * v.z);
 }
 
+/// Watches the delay for a node. Outside the stable region it lets the peers go: their force fades
+/// out by the scene's silence rule, here and there, and then the node ends.
+class DelayWatch {
+ public:
+  DelayWatch(const SessionSetup& setup, net::PeerLink& link, StopRequest& stop)
+      : setup_(setup), link_(link), stop_(stop) {
+    if (guard_maker()) guard_ = guard_maker()(setup.scene);
+    if (guard_ != nullptr) act(guard_->at_start());
+  }
+
+  /// Why the node has to end; empty: it does not.
+  [[nodiscard]] const std::string& failure() const { return failure_; }
+
+  void look() {
+    const auto now = std::chrono::steady_clock::now();
+    if (!failure_.empty()) {
+      if (now >= end_) stop_.request();
+      return;
+    }
+    if (guard_ == nullptr) return;
+    std::optional<double> longest;
+    for (const std::uint32_t sender : setup_.peers) {
+      const net::PeerStatus status = link_.status(sender);
+      if (status.connected && status.delay_known)
+        longest = std::max(longest.value_or(0.0), status.round_trip);
+    }
+    act(guard_->look(std::chrono::duration<double>(now - start_).count(), longest));
+  }
+
+ private:
+  void act(const StabilityGuard::Finding& finding) {
+    if (finding.text.empty()) return;
+    std::fprintf(stderr, "%s: %s\n", site_name(setup_.role, setup_.user).c_str(),
+                 finding.text.c_str());
+    if (!finding.refuses) return;
+    failure_ =
+        "refused: the measured delay is outside the stable region, see above "
+        "(--on-unstable warn goes on all the same)";
+    link_.stop();
+    const auto& silence = setup_.scene.silence;
+    const double fade = silence ? silence->timeout + silence->fade : 0.0;
+    end_ = std::chrono::steady_clock::now() +
+           std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+               std::chrono::duration<double>(fade));
+  }
+
+  const SessionSetup& setup_;
+  net::PeerLink& link_;
+  StopRequest& stop_;
+  std::unique_ptr<StabilityGuard> guard_;
+  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now(), end_ = start_;
+  std::string failure_;
+};
+
 }  // namespace
 
 Supervisor::Supervisor(const SessionSetup& setup, net::PeerLink& link,
@@ -36,10 +95,13 @@ void Supervisor::watch() {
                        : on_terminal                     ? kLiveEvery
                                                          : kLogEvery;
   auto next_status = std::chrono::steady_clock::now() + std::chrono::duration<double>(every);
+  DelayWatch delay(setup_, link_, share_.stop);
   while (!share_.ended.load(std::memory_order_acquire)) {
     std::this_thread::sleep_for(kLookEvery);
     look_for_hang();
     tell_messages();
+    delay.look();
+    if (failure_.empty()) failure_ = delay.failure();
     if (std::chrono::steady_clock::now() < next_status) continue;
     next_status += std::chrono::duration_cast<std::chrono::steady_clock::duration>(
         std::chrono::duration<double>(every));

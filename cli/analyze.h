@@ -50,5 +50,6 @@ void add_analyze_network(CLI::App& analyze);
 void add_analyze_stability(CLI::App& analyze);
 void add_analyze_sweep(CLI::App& analyze);
 void add_analyze_check(CLI::App& analyze);
+void add_analyze_figure(CLI::App& analyze);
 
 }  // namespace tandem::cli

@@ -1,5 +1,6 @@
 #include <cmath>
 #include <complex>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -49,12 +50,14 @@ void run(const AdmittanceOptions& o) {
                             o.from, to, nyquist));
   const std::vector<analysis::GraspAxis> axes =
       plane ? analysis::grasp_axes(system, s.scene, index, 0) : std::vector<analysis::GraspAxis>{};
-  const auto response = [&](double w) {
-    if (plane)
-      return analysis::admittance(system, axes[turns ? 2 : o.axis == "y" ? 1 : 0], w, o.position);
+  std::optional<analysis::Response> on_axis;
+  if (!plane) {
     const auto& first = s.scene.users[static_cast<std::size_t>(index)].fingers[0].name;
-    return analysis::admittance(system, analysis::port_named(system, user + "." + first), w,
-                                o.position);
+    on_axis.emplace(system, analysis::port_named(system, user + "." + first));
+  }
+  const auto response = [&](double w) {
+    if (on_axis) return (*on_axis)(w, o.position);
+    return analysis::admittance(system, axes[turns ? 2 : o.axis == "y" ? 1 : 0], w, o.position);
   };
   const core::ObjectParameters& object = s.scene.objects[0];
   const double inertia =

@@ -195,13 +195,12 @@ Stability StabilityMeter::judge() const {
     return out;
   }
   const int quarter = kWindows / 4;
-  if (start + quarter <= kWindows - quarter) {
-    const double early = widest(start, start + quarter),
-                 late = widest(kWindows - quarter, kWindows);
+  if (start + 2 <= kWindows - quarter) {
+    const double early = widest(start, start + 2), late = widest(kWindows - quarter, kWindows);
     if (late > kSwell * early) {
       out.stable = false;
       out.reason =
-          fmt::format("the last quarter moves {:.3g} times as far as the first", late / early);
+          fmt::format("the last quarter moves {:.3g} times as far as the start", late / early);
     }
   }
   return out;

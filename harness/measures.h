@@ -50,8 +50,8 @@ struct Trajectory {
 /// - log e, fitted by least squares over the second half where e is above kFloor, rises by more
 /// than
 ///   kGrowth a second and by more than kRise over the half, or
-/// - the last quarter's widest is more than kSwell times that of the first quarter that moved: what
-///   has grown until a saturation holds it.
+/// - the last quarter's widest is more than kSwell times that of the first two windows that moved:
+///   what has grown until a saturation holds it.
 /// What grows slower than kGrowth a second is called stable: within 2 % a second of the boundary
 /// the verdict means nothing, and there points count as near it.
 struct Stability {
@@ -67,7 +67,7 @@ inline constexpr double kBound = 1.0;    ///< [m]
 inline constexpr double kFloor = 1e-11;  ///< [m]; below it rounding of metres shows
 inline constexpr double kGrowth = 1.02;  ///< factor a second
 inline constexpr double kRise = 1.1;     ///< factor over the second half
-inline constexpr double kSwell = 5.0;    ///< last quarter over first
+inline constexpr double kSwell = 5.0;    ///< last quarter over start
 
 /// Takes the distances as they come and judges at the end; nothing is stored but ranges.
 class StabilityMeter {

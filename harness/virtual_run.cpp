@@ -247,7 +247,10 @@ PointResult run_virtual_point(const SweepPoint& point, const VirtualOptions& opt
   if (axis && !scene.objects.empty()) {
     const int user = analysis::drag_user(scene);
     constexpr double kPush = 0.1, kPushSeconds = 12.0, kPressSeconds = 8.0, kStepSeconds = 1.5;
-    const Trajectory push = run_virtual(pushed(scene, user, kPush), network, kPushSeconds);
+    Trajectory push = run_virtual(pushed(scene, user, kPush), network, kPushSeconds);
+    // The other hands are let go and stay behind.
+    for (std::size_t u = 0; u < push.sites.size(); ++u)
+      if (static_cast<int>(u) != user) push.sites[u].fingers = 0;
     if (judge_stability(push).stable) {
       const MeasuredDrag drag = measure_drag(push, user, kPush);
       out.measures.drag = drag.n_s_per_m;

@@ -341,7 +341,7 @@ def main():
         "<li>Stable or not: free hands, pushed once back and forth. The widest range of any distance "
         "(hand from object, copy from copy) in each of 16 windows is the envelope; not stable if a "
         "distance leaves 1 m, if the envelope of the second half grows by more than 2 % a second and "
-        "10 % in all, or if the last quarter moves more than 5 times as far as the first.</li>"
+        "10 % in all, or if the last quarter moves more than 5 times as far as the start.</li>"
         "<li>Largest stable coupling: by search of such runs, up from a 64th of the scene's, to 1 %.</li>"
         "<li>Drag: one hand alone under a constant force, the end of its velocity from three means.</li>"
         "<li>Force error, gap, energy: the first hand leads along 0.05 sin(2 t) m, the others hold "

@@ -200,7 +200,13 @@ void add_netem(CLI::App& app) {
       ->add_option("--seconds", o->seconds,
                    "of each run for stability [s]; default: 20 in virtual time (10 with --quick), "
                    "the sweep's own on sockets")
-      ->check(CLI::Range(2.0, 3600.0));
+      ->check(
+          [](const std::string& text) {
+            double x = 0.0;
+            const bool fits = CLI::detail::lexical_cast(text, x) && x >= 2.0 && x <= 3600.0;
+            return fits ? std::string() : text + " is no number of seconds from 2 to 3600";
+          },
+          "[2 - 3600]", "seconds");
   command->add_option("--seed", o->seed, "of the modelled network's fates")->capture_default_str();
   command->add_option("--threads", o->threads, "threads in virtual time; 0: one a core")
       ->check(CLI::Range(0, 1024));

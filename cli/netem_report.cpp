@@ -127,6 +127,7 @@ double most_of(const PointResult& r, double harness::SiteMeasures::*what) {
 }
 
 std::string cell(double x, int digits = 3) {
+  if (std::abs(x) < 1e-9) x = 0.0;  // rounding has a sign
   return std::isnan(x) ? "-" : std::isinf(x) ? "inf" : fmt::format("{:.{}g}", x, digits);
 }
 
@@ -242,8 +243,8 @@ std::string to_csv(const SweepRun& run) {
 
 std::string to_text(const SweepRun& run) {
   std::string text =
-      fmt::format("{}: {} on {}\n  {:44} {:>12} {:>12} {:>15} {:>13} {:>8} {:>8}\n", run.sweep.name,
-                  run.sweep.title, run.real ? "real sockets" : "in virtual time", "point",
+      fmt::format("{}: {}, {}\n  {:44} {:>12} {:>12} {:>15} {:>13} {:>8} {:>8}\n", run.sweep.name,
+                  run.sweep.title, run.real ? "on real sockets" : "in virtual time", "point",
                   "predicted", "measured", "coupling [N/m]", "drag [N s/m]", "error", "gap rms");
   text += fmt::format("  {:44} {:>12} {:>12} {:>7} {:>7} {:>6} {:>6} {:>8} {:>8}\n", "", "", "",
                       "pred", "meas", "pred", "meas", "[weber]", "[mm]");

@@ -55,8 +55,9 @@ Run run_node(const ViewBench& b, bool window) {
   r.ticks = j["ticks"];
   if (!window) return r;
   if (!j.contains("window") || !j["window"].contains("pictures_a_second"))
-    throw std::runtime_error("bench view: no window: " +
-                             (j.contains("window") ? j["window"].dump() : std::string("not built in")));
+    throw std::runtime_error("bench view: no window: " + (j.contains("window")
+                                                              ? j["window"].dump()
+                                                              : std::string("not built in")));
   r.pictures_a_second = j["window"]["pictures_a_second"];
   r.picture_ms = j["window"]["picture_ms"]["mean"];
   r.renderer = j["window"]["renderer"];
@@ -97,14 +98,15 @@ void bench_view(const ViewBench& b) {
                      {"missed_with", r[1].missed},
                      {"pictures_a_second", r[1].pictures_a_second}});
     if (!to_stdout) {
-      fmt::print("{:>5}{:>16.1f}{:>16.1f}{:>10.1f}{:>10}{:>10}{:>14.1f}{:>12.1f}\n", i + 1, r[0].p99,
-                 r[1].p99, rise.back(), r[0].missed, r[1].missed, rate.back(), ms.back());
+      fmt::print("{:>5}{:>16.1f}{:>16.1f}{:>10.1f}{:>10}{:>10}{:>14.1f}{:>12.1f}\n", i + 1,
+                 r[0].p99, r[1].p99, rise.back(), r[0].missed, r[1].missed, rate.back(), ms.back());
       std::fflush(stdout);
     }
   }
   if (!to_stdout)
     fmt::print(
-        "median: p99 lateness {:.1f} us without, {:.1f} us with a window of {}; it rises by {:.1f} us "
+        "median: p99 lateness {:.1f} us without, {:.1f} us with a window of {}; it rises by {:.1f} "
+        "us "
         "(20 are\n  allowed); missed {} without and {} with, of {} ticks each; {:.1f} pictures a "
         "second (32 are wanted)\n  drawn by {}\n",
         median(without), median(with), b.size, median(rise), missed[0], missed[1], ticks,
@@ -121,9 +123,8 @@ void bench_view(const ViewBench& b) {
                           {"missed_with", missed[1]},
                           {"pictures_a_second_median", median(rate)}};
   const std::string text = j.dump(2) + "\n";
-  std::unique_ptr<FILE, int (*)(FILE*)> out(to_stdout ? fdopen(dup(STDOUT_FILENO), "w")
-                                                      : std::fopen(b.json.c_str(), "w"),
-                                            std::fclose);
+  std::unique_ptr<FILE, int (*)(FILE*)> out(
+      to_stdout ? fdopen(dup(STDOUT_FILENO), "w") : std::fopen(b.json.c_str(), "w"), std::fclose);
   if (!out || std::fputs(text.c_str(), out.get()) < 0)
     throw std::runtime_error("bench view: cannot write " + b.json);
 }
@@ -134,7 +135,9 @@ void add_bench_view(CLI::App& bench) {
   auto b = std::make_shared<ViewBench>();
   CLI::App* command = bench.add_subcommand(
       "view", "what a window costs the force loop: the same node without and with one, in turns");
-  command->add_option("--pairs", b->pairs, "of runs")->check(CLI::Range(1, 100))->capture_default_str();
+  command->add_option("--pairs", b->pairs, "of runs")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
   command->add_option("--seconds", b->seconds, "of each run [s]")
       ->check(CLI::Range(1.0, 3600.0))
       ->capture_default_str();

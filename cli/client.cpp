@@ -48,24 +48,20 @@ void add_client(CLI::App& app) {
     options.user = a.user;
     options.wait = a.wait;
     if (!a.scene.empty()) options.scene = scene::load_scene(a.scene, a.sets);
-<<<<<<< HEAD
+    a.node.guard(options.scene ? &*options.scene : nullptr);
     if (!a.node.view && a.node.hands != "pointer")
       return finish(central::run_client(options), a.node.json);
     if (a.scene.empty() || a.user.empty())
       throw CLI::ValidationError("--view", "needs --scene and --user: what and whom it shows");
     if (core::index_of(options.scene->users, a.user) < 0)
-      throw CLI::ValidationError("--user", "scene " + options.scene->name + " has no user \"" +
-                                               a.user + "\"");
+      throw CLI::ValidationError(
+          "--user", "scene " + options.scene->name + " has no user \"" + a.user + "\"");
     run_node({*options.scene, a.user, a.user,
               [&](const node::NodeOptions& o) {
                 options.node = o;
                 return central::run_client(options);
               }},
              options.node, a.node);
-=======
-    a.node.guard(options.scene ? &*options.scene : nullptr);
-    finish(central::run_client(options), a.node.json);
->>>>>>> c4906e8 (Nodes predict their scene's stability, watch the delay, and refuse or warn with advice)
   });
 }
 

@@ -5,9 +5,9 @@
 
 namespace tandem::cli {
 
-/// What the demo shows of a session while it runs: a window that looks on as a spectator where there
-/// is a display, else one picture in a file. A process of its own, with less right to the processors
-/// than anything else; gone when this object is.
+/// What the demo shows of a session while it runs: a window that looks on as a spectator where
+/// there is a display, else one picture in a file. A process of its own, with less right to the
+/// processors than anything else; gone when this object is.
 class DemoViewer {
  public:
   /// @param address  of a running server or replica

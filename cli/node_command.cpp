@@ -93,16 +93,12 @@ node::NodeOptions NodeArguments::options(const std::string& bind) const {
   return o;
 }
 
-<<<<<<< HEAD
-void finish(const node::NodeReport& report, const JsonOption& json,
-            const nlohmann::ordered_json& window) {
-=======
 void NodeArguments::guard(const core::Scene* scene) const {
   guard_next_node(on_unstable == "refuse", scene);
 }
 
-void finish(const node::NodeReport& report, const JsonOption& json) {
->>>>>>> c4906e8 (Nodes predict their scene's stability, watch the delay, and refuse or warn with advice)
+void finish(const node::NodeReport& report, const JsonOption& json,
+            const nlohmann::ordered_json& window) {
   if (!json.to_stdout()) std::fputs(node::to_text(report).c_str(), stdout);
   std::fflush(stdout);
   nlohmann::ordered_json all = node::to_json(report);

@@ -26,23 +26,17 @@ struct NodeArguments {
   double status_every = 0.0;
   bool quiet = false;
   long long start_ns = 0;
-<<<<<<< HEAD
   bool view = false, view_hidden = false;
   std::string view_size = "1280x720", view_screenshot;
   double view_fps = 60.0;
-
-  void add(CLI::App& command);
-  [[nodiscard]] node::NodeOptions options(const std::string& bind) const;
-  [[nodiscard]] WindowArguments window_arguments() const;  ///< where there is a viewer
-=======
   std::string on_unstable = "refuse";
 
   void add(CLI::App& command);
   [[nodiscard]] node::NodeOptions options(const std::string& bind) const;
+  [[nodiscard]] WindowArguments window_arguments() const;  ///< where there is a viewer
   /// Predicts the scene's stability and has the node watch its delay; without a scene, when it is
   /// known. Throws Failed: unstable whatever the network does.
   void guard(const core::Scene* scene = nullptr) const;
->>>>>>> c4906e8 (Nodes predict their scene's stability, watch the delay, and refuse or warn with advice)
 };
 
 /// Prints the report and writes its JSON, with `window` in it if that is something; throws Failed

@@ -81,25 +81,16 @@ void add_replica(CLI::App& app) {
     if (a.join.empty()) {
       if (a.scene.empty())
         throw CLI::RequiredError("--scene NAME|FILE, or --join HOST:PORT of a running replica");
-<<<<<<< HEAD
-      return run(scene::load_scene(a.scene, a.sets), options, a);
-=======
       const core::Scene own = scene::load_scene(a.scene, a.sets);
       a.node.guard(&own);
-      finish(distributed::run_replica(own, options), a.node.json);
-      return;
->>>>>>> c4906e8 (Nodes predict their scene's stability, watch the delay, and refuse or warn with advice)
+      return run(own, options, a);
     }
     if (!a.sets.empty())
       throw CLI::ValidationError("--set", "needs --scene; with --join the scene is the host's");
     const distributed::FetchedScene fetched = distributed::fetch_scene(a.join, options);
     options.peers.push_back(fetched.host);
-<<<<<<< HEAD
-    run(fetched.scene, options, a);
-=======
     a.node.guard(&fetched.scene);
-    finish(distributed::run_replica(fetched.scene, options), a.node.json);
->>>>>>> c4906e8 (Nodes predict their scene's stability, watch the delay, and refuse or warn with advice)
+    run(fetched.scene, options, a);
   });
 }
 

@@ -30,19 +30,11 @@ void add_server(CLI::App& app) {
   arguments->node.add(*command);
   command->callback([arguments] {
     const core::Scene scene = arguments->scene.load();
-<<<<<<< HEAD
-    std::string user = "server";  // whose hand the window leads, where it leads one
-    if (arguments->node.hands == "pointer")
-      for (auto u = scene.users.rbegin(); u != scene.users.rend(); ++u)
-        if (u->local || scene.architecture == core::Architecture::kSingle) user = u->name;
-    run_node({scene, "server", user,
-              [&](const node::NodeOptions& options) { return central::run_server(scene, options); }},
-             arguments->node.options(arguments->bind), arguments->node);
-=======
     arguments->node.guard(&scene);
-    finish(central::run_server(scene, arguments->node.options(arguments->bind)),
-           arguments->node.json);
->>>>>>> c4906e8 (Nodes predict their scene's stability, watch the delay, and refuse or warn with advice)
+    run_node(
+        {scene, "server", user,
+         [&](const node::NodeOptions& options) { return central::run_server(scene, options); }},
+        arguments->node.options(arguments->bind), arguments->node);
   });
 }
 

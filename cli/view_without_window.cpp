@@ -12,16 +12,15 @@ constexpr const char* kNoWindow =
 }  // namespace
 
 void run_node(const WindowedNode& node, node::NodeOptions options, const NodeArguments& arguments) {
-  if (arguments.view || arguments.hands == "pointer") throw Failed(std::string("--view: ") + kNoWindow);
+  if (arguments.view || arguments.hands == "pointer")
+    throw Failed(std::string("--view: ") + kNoWindow);
   finish(node.run(options), arguments.json);
 }
 
 void add_view(CLI::App& app) {
   CLI::App* command = app.add_subcommand("view", "a window on a session (not in this build)");
   command->allow_extras();
-  command->callback([] {
-    throw Failed(std::string("view: ") + kNoWindow);
-  });
+  command->callback([] { throw Failed(std::string("view: ") + kNoWindow); });
 }
 
 }  // namespace tandem::cli

@@ -10,8 +10,8 @@ namespace tandem::core {
 
 /// What a spectator needs to know to read a node's ticks: how many of each a scene has.
 struct SpectatorLayout {
-  int fingers = 0;        ///< of the node's own user
-  int hand_values = 0;    ///< of a position: 1 axis, 2 plane, 3 space
+  int fingers = 0;      ///< of the node's own user
+  int hand_values = 0;  ///< of a position: 1 axis, 2 plane, 3 space
   int objects = 0;
   int object_values = 0;  ///< of an object's state
   int users = 0;

@@ -20,9 +20,10 @@ std::unique_ptr<HapticDevice> open_in(const core::Scene& scene, const core::User
   }
   const std::string where = "device \"" + device->name + "\": ";
   if (device->kind != core::DeviceKind::kRecorded) {
-    throw std::runtime_error(where +
-                             "kind pointer needs a window, which a node opens (--hands pointer); allowed "
-                             "here is simulated or recorded");
+    throw std::runtime_error(
+        where +
+        "kind pointer needs a window, which a node opens (--hands pointer); allowed "
+        "here is simulated or recorded");
   }
   if (device->file.empty()) {
     throw std::runtime_error(where +

@@ -16,7 +16,13 @@ inline constexpr std::size_t kMaxDatagram = 1200;  ///< [bytes] fits any path wi
 inline constexpr std::size_t kPrefixBytes = 8;
 inline constexpr std::array<std::uint8_t, 4> kMagic{'T', 'N', 'D', 'M'};
 
-enum class Kind : std::uint8_t { kState = 1, kControl = 2, kProbe = 3, kProbeEcho = 4, kSnapshot = 5 };
+enum class Kind : std::uint8_t {
+  kState = 1,
+  kControl = 2,
+  kProbe = 3,
+  kProbeEcho = 4,
+  kSnapshot = 5
+};
 
 struct Prefix {
   std::uint8_t version = 0;

@@ -41,7 +41,8 @@ class SpectatorDesk : public SessionOutput {
 
  private:
   void on_spectate(const ControlMessage& message, const Endpoint& from, std::int64_t now_ns);
-  void refuse(const Endpoint& to, std::uint64_t nonce, RefuseReason reason, const std::string& text);
+  void refuse(const Endpoint& to, std::uint64_t nonce, RefuseReason reason,
+              const std::string& text);
   void welcome(const Spectator& spectator);
 
   HostOptions options_;

@@ -27,7 +27,7 @@ struct NodeOptions {
   std::string record_file;    ///< empty: nothing is recorded
   HandOptions hands;
   core::RealtimeRequest realtime;
-  core::ViewTap* window = nullptr;  ///< set: the force loop leaves its ticks here for a window
+  core::ViewTap* window = nullptr;      ///< set: the force loop leaves its ticks here for a window
   std::optional<std::int64_t> spin_ns;  ///< not given: what suits the grant
   double status_every = 0.0;  ///< [s] between status lines; 0: live on a terminal, else every 5 s
   bool quiet = false;         ///< no status at all

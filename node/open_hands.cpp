@@ -63,8 +63,9 @@ std::unique_ptr<devices::HapticDevice> open_one(core::Scene& scene, int user, in
     }
   }
   if (is_pointer)
-    throw std::runtime_error("device \"" + scene.devices[d].name +
-                             "\": kind POINTER needs a window: start this node with --hands pointer");
+    throw std::runtime_error(
+        "device \"" + scene.devices[d].name +
+        "\": kind POINTER needs a window: start this node with --hands pointer");
   if (!hands.recorded) return devices::open_device(scene, user, f);
   if (hands.after) {
     switch (scene.space) {

@@ -264,7 +264,7 @@ Drawing draw(const Layout& l, const Snapshot& seen, const DrawOptions& options) 
       if (s == seen.own || !site.has_objects) continue;
       for (int o = 0; o < objects; ++o)
         add_object(out, l, o, site.objects[static_cast<std::size_t>(o)],
-                   with_opacity(colour_of_site(s), 0.20f), with_opacity(colour_of_site(s), 0.85f),
+                   with_opacity(colour_of_site(s), 0.12f), with_opacity(colour_of_site(s), 0.85f),
                    true);
     }
   return out;

@@ -218,6 +218,8 @@ void Panels::draw() {
   ImGui_ImplOpenGL3_RenderDrawData(ImGui::GetDrawData());
 }
 
+void Panels::measure_only() { ImGui::EndFrame(); }
+
 bool Panels::takes_mouse() const { return ImGui::GetIO().WantCaptureMouse; }
 bool Panels::takes_keys() const { return ImGui::GetIO().WantCaptureKeyboard; }
 

@@ -38,6 +38,8 @@ class Panels {
   void plots(const History& history, const PanelText& text);
   void player(Playback& playback);
   void draw();
+  /// Instead of `draw`: windows that fit their words are only seen from the second picture on.
+  void measure_only();
 
   /// The mouse or the keyboard is at a panel: not for the camera.
   [[nodiscard]] bool takes_mouse() const;

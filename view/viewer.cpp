@@ -211,6 +211,18 @@ void Viewer::draw_picture(double seconds) {
   if (width < 2 || height < 2) return;  // minimised
   if (options_.room && options_.move_head) options_.move_head(time_, *options_.room);
   const Drawing drawing = any_ ? draw(layout_, seen_, options_.drawing) : Drawing{};
+  const auto put_panels = [&] {
+    if (!options_.panels) return;
+    PanelText text = options_.text;
+    if (!any_) text.status = "waiting for the session";
+    panels_.plots(history_, text);
+    if (source_.playback != nullptr) panels_.player(*source_.playback);
+  };
+  for (int i = 0; report_.pictures == 0 && i < 2; ++i) {
+    panels_.begin(width, height, seconds);
+    put_panels();
+    panels_.measure_only();
+  }
   panels_.begin(width, height, seconds);
   renderer_.begin(width, height);
   const auto view = [&](Eye eye, int x, int w) {
@@ -225,12 +237,7 @@ void Viewer::draw_picture(double seconds) {
     view(Eye::kMiddle, 0, width);
   }
   renderer_.resolve();
-  if (options_.panels) {
-    PanelText text = options_.text;
-    if (!any_) text.status = "waiting for the session";
-    panels_.plots(history_, text);
-    if (source_.playback != nullptr) panels_.player(*source_.playback);
-  }
+  put_panels();
   panels_.draw();
   if (!options_.frames.empty())
     write_png(fmt::format("{}/{:06}.png", options_.frames, report_.pictures), renderer_.read());

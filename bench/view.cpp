@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <cstdio>
 #include <memory>
 #include <stdexcept>
@@ -50,17 +51,17 @@ Run run_node(const ViewBench& b, bool window) {
   if (j.is_discarded())
     throw std::runtime_error("bench view: the node said nothing; try by hand: " + command);
   Run r;
-  r.p99 = j["wakeup_us"]["p99"];
-  r.missed = j["missed_ticks"];
-  r.ticks = j["ticks"];
+  r.p99 = j["wakeup_us"]["p99"].get<double>();
+  r.missed = j["missed_ticks"].get<std::int64_t>();
+  r.ticks = j["ticks"].get<std::int64_t>();
   if (!window) return r;
   if (!j.contains("window") || !j["window"].contains("pictures_a_second"))
     throw std::runtime_error("bench view: no window: " + (j.contains("window")
                                                               ? j["window"].dump()
                                                               : std::string("not built in")));
-  r.pictures_a_second = j["window"]["pictures_a_second"];
-  r.picture_ms = j["window"]["picture_ms"]["mean"];
-  r.renderer = j["window"]["renderer"];
+  r.pictures_a_second = j["window"]["pictures_a_second"].get<double>();
+  r.picture_ms = j["window"]["picture_ms"]["mean"].get<double>();
+  r.renderer = j["window"]["renderer"].get<std::string>();
   return r;
 }
 

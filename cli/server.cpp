@@ -30,6 +30,10 @@ void add_server(CLI::App& app) {
   arguments->node.add(*command);
   command->callback([arguments] {
     const core::Scene scene = arguments->scene.load();
+    std::string user = "server";  // whose hand the window leads, where it leads one
+    if (arguments->node.hands == "pointer")
+      for (auto u = scene.users.rbegin(); u != scene.users.rend(); ++u)
+        if (u->local || scene.architecture == core::Architecture::kSingle) user = u->name;
     arguments->node.guard(&scene);
     run_node(
         {scene, "server", user,

@@ -7,7 +7,8 @@
 namespace tandem::node {
 
 /// Where the force thread leaves what its ticks saw and did: the recording, those who look on, or
-/// nowhere. Packets of a tick come before the tick itself. Never waits; what does not fit is counted by the recording.
+/// nowhere. Packets of a tick come before the tick itself. Never waits; what does not fit is
+/// counted by the recording.
 class TickLog {
  public:
   /// @param recording  nullptr: nothing is kept; must live longer

@@ -19,7 +19,8 @@ namespace tandem::view {
 /// hand and the server's objects.
 class Assembler {
  public:
-  /// `user`: whose node it is; "server". Throws std::invalid_argument if the scene has no such user.
+  /// `user`: whose node it is; "server". Throws std::invalid_argument if the scene has no such
+  /// user.
   Assembler(const core::Scene& scene, const std::string& user);
 
   void take(const core::TickRecord& tick);

@@ -26,8 +26,8 @@ struct Camera {
     p.width = width;
     p.height = height;
     p.view = look_at(eye(), target, Vec3{0, 0, 1});
-    p.projection = projection_matrix(symmetric_frustum(
-        fov_y, static_cast<double>(width) / height, 0.02 * distance, 50.0 * distance));
+    p.projection = projection_matrix(symmetric_frustum(fov_y, static_cast<double>(width) / height,
+                                                       0.02 * distance, 50.0 * distance));
     return p;
   }
 
@@ -37,9 +37,7 @@ struct Camera {
     azimuth -= kPerPixel * right;
     elevation = std::clamp(elevation + kPerPixel * down, -0.2, 1.55);
   }
-  void zoom(double steps) {
-    distance = std::clamp(distance * std::exp(-0.12 * steps), 0.02, 50.0);
-  }
+  void zoom(double steps) { distance = std::clamp(distance * std::exp(-0.12 * steps), 0.02, 50.0); }
   /// Moves the target in the plane of the picture, by fractions of its height.
   void pan(double right, double up) {
     const double size = 2.0 * distance * std::tan(0.5 * fov_y);

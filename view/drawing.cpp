@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include <fmt/format.h>
-
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -20,8 +19,7 @@ const Colour kForceColour{0.84f, 0.10f, 0.28f, 1.0f};
 const Colour kRail{0.62f, 0.66f, 0.71f, 1.0f};
 
 [[nodiscard]] glm::dmat4 placed(const Vec3& p, const Quat& q, const Vec3& size) {
-  return glm::translate(glm::dmat4(1.0), p) * glm::mat4_cast(q) *
-         glm::scale(glm::dmat4(1.0), size);
+  return glm::translate(glm::dmat4(1.0), p) * glm::mat4_cast(q) * glm::scale(glm::dmat4(1.0), size);
 }
 
 /// Turns z to the direction.
@@ -46,7 +44,8 @@ void add_edges(Drawing& out, const Vec3& p, const Quat& q, const Vec3& size, con
   for (int i = 0; i < 8; ++i)
     for (const int bit : {1, 2, 4})
       if ((i & bit) == 0)
-        out.lines.push_back({.a = corner(i), .b = corner(i | bit), .colour = colour, .width = width});
+        out.lines.push_back(
+            {.a = corner(i), .b = corner(i | bit), .colour = colour, .width = width});
 }
 
 void add_arrow(Drawing& out, const Vec3& from, const Vec3& way, double thickness,
@@ -110,10 +109,11 @@ void add_walls(Drawing& out, const Layout& l) {
     const double angle = std::atan2(n.y, n.x);
     const bool upright = std::abs(n.z) < 0.1;
     const Quat q = upright ? Quat(std::cos(0.5 * angle), 0, 0, std::sin(0.5 * angle))
-                           : turned_to(n) * Quat(0.70710678, 0, 0.70710678, 0) ;
+                           : turned_to(n) * Quat(0.70710678, 0, 0.70710678, 0);
     const Vec3 size{thick, 2.0 * reach, height};
     const Vec3 centre = foot - n * (0.5 * thick);
-    out.items.push_back({.mesh = Mesh::kBox, .model = placed(centre, q, size), .colour = kWallColour});
+    out.items.push_back(
+        {.mesh = Mesh::kBox, .model = placed(centre, q, size), .colour = kWallColour});
     add_edges(out, centre, q, size, {0.25f, 0.29f, 0.35f, 1.0f}, 1.2f);
   }
 }
@@ -144,8 +144,9 @@ void add_finger(Drawing& out, const Layout& l, const Site& site, int user, int f
   const Colour colour = colour_of_site(user);
   const double r = l.finger_radius(user, f);
   const Finger& finger = site.fingers[static_cast<std::size_t>(f)];
-  out.items.push_back(
-      {.mesh = Mesh::kSphere, .model = placed(at.proxy, Quat(1, 0, 0, 0), Vec3{r}), .colour = colour});
+  out.items.push_back({.mesh = Mesh::kSphere,
+                       .model = placed(at.proxy, Quat(1, 0, 0, 0), Vec3{r}),
+                       .colour = colour});
   const bool touches = glm::length(at.normal) > 0.0;
   if (touches) {
     // How far the hand has sunk in behind the drawn finger.
@@ -154,10 +155,14 @@ void add_finger(Drawing& out, const Layout& l, const Site& site, int user, int f
                          .colour = with_opacity(colour, 0.85f),
                          .casts_shadow = false,
                          .xray = true});
-    out.lines.push_back(
-        {.a = at.proxy, .b = at.hip, .colour = with_opacity(colour, 0.8f), .width = 1.6f, .xray = true});
+    out.lines.push_back({.a = at.proxy,
+                         .b = at.hip,
+                         .colour = with_opacity(colour, 0.8f),
+                         .width = 1.6f,
+                         .xray = true});
     // Contact: a ring on the surface; green holds, amber slides, white is being braked.
-    const Colour ring = finger.contact == core::ContactState::kSlide ? Colour{0.97f, 0.65f, 0.10f, 1}
+    const Colour ring = finger.contact == core::ContactState::kSlide
+                            ? Colour{0.97f, 0.65f, 0.10f, 1}
                         : finger.contact == core::ContactState::kMomentCancellation
                             ? Colour{1, 1, 1, 1}
                             : Colour{0.20f, 0.65f, 0.33f, 1};
@@ -170,11 +175,11 @@ void add_finger(Drawing& out, const Layout& l, const Site& site, int user, int f
   if (!own && site.age > 0.0) {
     // Thesis ref 102: the delay is seen at the hand it belongs to.
     const double wide = r * (1.7 + 1.8 * std::min(1.0, site.age / 0.150));
-    out.items.push_back({.mesh = Mesh::kRing,
-                         .model = placed(at.proxy + Vec3{0, 0, 0.2 * r}, Quat(1, 0, 0, 0),
-                                         {wide, wide, wide}),
-                         .colour = colour_of_delay(site.age),
-                         .casts_shadow = false});
+    out.items.push_back(
+        {.mesh = Mesh::kRing,
+         .model = placed(at.proxy + Vec3{0, 0, 0.2 * r}, Quat(1, 0, 0, 0), {wide, wide, wide}),
+         .colour = colour_of_delay(site.age),
+         .casts_shadow = false});
   }
   if (options.forces && site.forces_known) {
     const Vec3 way = finger.force * l.metres_per_newton;
@@ -233,8 +238,10 @@ Colour colour_of_site(int site) {
 
 Colour colour_of_delay(double delay) {
   const auto x = static_cast<float>(std::clamp(delay / 0.150, 0.0, 1.0));
-  const Colour green{0.18f, 0.68f, 0.34f, 1}, amber{0.96f, 0.70f, 0.12f, 1}, red{0.86f, 0.12f, 0.14f, 1};
-  return x < 0.5f ? green + (amber - green) * (2.0f * x) : amber + (red - amber) * (2.0f * x - 1.0f);
+  const Colour green{0.18f, 0.68f, 0.34f, 1}, amber{0.96f, 0.70f, 0.12f, 1},
+      red{0.86f, 0.12f, 0.14f, 1};
+  return x < 0.5f ? green + (amber - green) * (2.0f * x)
+                  : amber + (red - amber) * (2.0f * x - 1.0f);
 }
 
 Drawing draw(const Layout& l, const Snapshot& seen, const DrawOptions& options) {

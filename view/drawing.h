@@ -3,11 +3,11 @@
 #include <string>
 #include <vector>
 
+#include <glm/vec4.hpp>
+
 #include "core/scene.h"
 #include "view/camera.h"
 #include "view/snapshot.h"
-
-#include <glm/vec4.hpp>
 
 /// What is drawn of a session, without a word of OpenGL: shapes, lines and words in W.
 namespace tandem::view {
@@ -43,10 +43,10 @@ struct Drawing {
   std::vector<Item> items;  ///< opaque ones, then ghosts
   std::vector<Line> lines;
   std::vector<Label> labels;
-  double ground = 0.0;     ///< height of the ground [m]
-  double grid = 0.01;      ///< spacing of its lines [m]
-  Vec3 middle{0.0};        ///< of the scene, and
-  double reach = 0.1;      ///< how far it goes around there [m]
+  double ground = 0.0;  ///< height of the ground [m]
+  double grid = 0.01;   ///< spacing of its lines [m]
+  Vec3 middle{0.0};     ///< of the scene, and
+  double reach = 0.1;   ///< how far it goes around there [m]
 };
 
 /// Colour of a user (by index) or of the server.
@@ -54,8 +54,8 @@ struct Drawing {
 /// Colour of a delay [s]: green at none, amber at 75 ms, red from 150 ms on.
 [[nodiscard]] Colour colour_of_delay(double delay);
 
-/// How a scene is laid out: sizes that a scene does not have (thickness of a planar box, radius of a
-/// point finger) and where everything will happen.
+/// How a scene is laid out: sizes that a scene does not have (thickness of a planar box, radius of
+/// a point finger) and where everything will happen.
 struct Layout {
   explicit Layout(const core::Scene& scene);
 

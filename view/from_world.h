@@ -2,11 +2,11 @@
 
 #include <cmath>
 
+#include "core/axis_state.h"
 #include "core/components.h"
 #include "core/plane_state.h"
 #include "core/site_state.h"
 #include "core/space_state.h"
-#include "core/axis_state.h"
 #include "view/snapshot.h"
 
 /// From the three worlds' states to what is drawn.

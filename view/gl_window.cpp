@@ -2,13 +2,13 @@
 
 #include <cstdio>
 #include <cstdlib>
-
 #include <epoxy/egl.h>
 #include <epoxy/gl.h>
 
 #define GLFW_INCLUDE_NONE
-#include <GLFW/glfw3.h>
 #include <X11/Xlib.h>
+
+#include <GLFW/glfw3.h>
 
 // As in GLFW/glfw3native.h, which wants every extension of X installed.
 extern "C" Display* glfwGetX11Display(void);
@@ -30,7 +30,8 @@ void on_io_error(Display*, void*) {
 }
 
 [[nodiscard]] std::string software_hint() {
-  return "Tandem's viewer needs OpenGL 3.3. On Debian the package libgl1-mesa-dri draws in software "
+  return "Tandem's viewer needs OpenGL 3.3. On Debian the package libgl1-mesa-dri draws in "
+         "software "
          "(LIBGL_ALWAYS_SOFTWARE=1 chooses it where the graphics driver is too old).";
 }
 
@@ -88,7 +89,8 @@ void GlWindow::open_window(const Options& options) {
   glfwWindowHint(GLFW_OPENGL_PROFILE, GLFW_OPENGL_CORE_PROFILE);
   glfwWindowHint(GLFW_VISIBLE, options.visible ? GLFW_TRUE : GLFW_FALSE);
   glfwWindowHint(GLFW_SCALE_TO_MONITOR, GLFW_FALSE);
-  window_ = glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
+  window_ =
+      glfwCreateWindow(options.width, options.height, options.title.c_str(), nullptr, nullptr);
   if (window_ == nullptr) {
     glfwTerminate();
     throw WindowError("no OpenGL 3.3 on display " + std::string(std::getenv("DISPLAY")) + ": " +
@@ -106,7 +108,8 @@ void GlWindow::open_offscreen() {
   };
   if (!epoxy_has_egl_extension(EGL_NO_DISPLAY, "EGL_MESA_platform_surfaceless"))
     fail("EGL offers no surfaceless platform");
-  egl_->display = eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
+  egl_->display =
+      eglGetPlatformDisplayEXT(EGL_PLATFORM_SURFACELESS_MESA, EGL_DEFAULT_DISPLAY, nullptr);
   if (egl_->display == EGL_NO_DISPLAY || !eglInitialize(egl_->display, nullptr, nullptr))
     fail("EGL cannot be initialised");
   eglBindAPI(EGL_OPENGL_API);
@@ -116,8 +119,12 @@ void GlWindow::open_offscreen() {
   EGLint count = 0;
   if (!eglChooseConfig(egl_->display, choose, &config, 1, &count) || count < 1)
     fail("EGL has no configuration for OpenGL");
-  const EGLint wish[] = {EGL_CONTEXT_MAJOR_VERSION, 3, EGL_CONTEXT_MINOR_VERSION, 3,
-                         EGL_CONTEXT_OPENGL_PROFILE_MASK, EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
+  const EGLint wish[] = {EGL_CONTEXT_MAJOR_VERSION,
+                         3,
+                         EGL_CONTEXT_MINOR_VERSION,
+                         3,
+                         EGL_CONTEXT_OPENGL_PROFILE_MASK,
+                         EGL_CONTEXT_OPENGL_CORE_PROFILE_BIT,
                          EGL_NONE};
   egl_->context = eglCreateContext(egl_->display, config, EGL_NO_CONTEXT, wish);
   if (egl_->context == EGL_NO_CONTEXT) fail("no OpenGL 3.3 core context. " + software_hint());

@@ -22,8 +22,8 @@ class GlWindow {
   struct Options {
     int width = 1280, height = 720;  ///< [screen coordinates]
     std::string title = "Tandem";
-    bool visible = true;    ///< false: a window nobody sees
-    bool offscreen = false; ///< true: no window even where there is a display
+    bool visible = true;     ///< false: a window nobody sees
+    bool offscreen = false;  ///< true: no window even where there is a display
     /// Called when the display goes away under us (its server died); it must not return into
     /// drawing, so it ends the program. Empty: a message and exit status 1.
     std::function<void()> on_display_lost;
@@ -37,12 +37,12 @@ class GlWindow {
 
   /// nullptr when off screen.
   [[nodiscard]] GLFWwindow* glfw() const noexcept { return window_; }
-  [[nodiscard]] int width() const;   ///< of the picture [pixel]
+  [[nodiscard]] int width() const;  ///< of the picture [pixel]
   [[nodiscard]] int height() const;
   [[nodiscard]] double content_scale() const;  ///< pixels per 1/96 inch as the display says
   [[nodiscard]] bool wants_to_close() const;
-  void show();     ///< what was drawn
-  void poll();     ///< mouse and keys
+  void show();                                    ///< what was drawn
+  void poll();                                    ///< mouse and keys
   [[nodiscard]] std::string description() const;  ///< renderer and version
 
  private:

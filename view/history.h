@@ -1,17 +1,17 @@
 #pragma once
 
-#include <array>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <deque>
 #include <string>
 #include <vector>
 
+#include <glm/geometric.hpp>
+
 #include "core/fault.h"
 #include "view/snapshot.h"
-
-#include <glm/geometric.hpp>
 
 namespace tandem::view {
 
@@ -86,10 +86,13 @@ class History {
  private:
   /// A fault is news when it was not there for a second.
   void note_faults(const Snapshot& s) {
-    static constexpr std::array<const char*, 7> kNames{
-        "a tick ended after its deadline", "device read failed",       "a peer is silent: its force fades",
-        "a number was not finite",         "force cut at the limit",   "force held back by the slew limit",
-        "device write failed"};
+    static constexpr std::array<const char*, 7> kNames{"a tick ended after its deadline",
+                                                       "device read failed",
+                                                       "a peer is silent: its force fades",
+                                                       "a number was not finite",
+                                                       "force cut at the limit",
+                                                       "force held back by the slew limit",
+                                                       "device write failed"};
     for (std::size_t b = 0; b < kNames.size(); ++b) {
       if ((s.faults >> b & 1u) == 0) continue;
       if (s.time - last_[b] > 1.0 || s.time < last_[b]) {

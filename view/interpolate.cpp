@@ -4,9 +4,9 @@
 #include <cmath>
 #include <iterator>
 
-#include "core/space_rotation.h"
-
 #include <glm/gtc/quaternion.hpp>
+
+#include "core/space_rotation.h"
 
 namespace tandem::view {
 
@@ -24,7 +24,7 @@ Quat hermite(const Quat& q0, const Vec3& w0, const Quat& q1, const Vec3& w1, dou
 }
 
 void SiteBuffer::add(double time, const Site& site) {
-  constexpr double kKeep = 0.5;  // [s]
+  constexpr double kKeep = 0.5;                                               // [s]
   if (!states_.empty() && time < states_.back().time - 2.0) states_.clear();  // started anew
   const auto after = std::find_if(states_.rbegin(), states_.rend(),
                                   [&](const State& s) { return s.time <= time; });
@@ -36,8 +36,8 @@ void SiteBuffer::add(double time, const Site& site) {
 
 bool SiteBuffer::at(double time, int fingers, int objects, Site& out) const {
   if (states_.empty()) return false;
-  const auto next = std::find_if(states_.begin(), states_.end(),
-                                 [&](const State& s) { return s.time > time; });
+  const auto next =
+      std::find_if(states_.begin(), states_.end(), [&](const State& s) { return s.time > time; });
   if (next == states_.begin()) {
     out = states_.front().site;
     return true;
@@ -94,7 +94,8 @@ void PlaybackClock::arrived(double time, double now) {
 }
 
 double PlaybackClock::at(double now) {
-  // The drawn time goes a tenth faster or slower at most, so that a change of the offset is no jump.
+  // The drawn time goes a tenth faster or slower at most, so that a change of the offset is no
+  // jump.
   constexpr double kRate = 0.1;
   const double wanted = now + offset_ - buffer_;
   if (!showing_) {

@@ -38,12 +38,12 @@ class SiteBuffer {
   std::deque<State> states_;  ///< in order of time
 };
 
-/// Lets no step be seen: when the newest states say that the guess over a gap was wrong, the drawing
-/// goes from where it was, and the difference dies away (time constant 40 ms).
+/// Lets no step be seen: when the newest states say that the guess over a gap was wrong, the
+/// drawing goes from where it was, and the difference dies away (time constant 40 ms).
 class Softener {
  public:
-  /// `at`: to draw now; `gap_ended`: states arrived for a time that was guessed before; `drawn`: what
-  /// was drawn last; `seconds`: since then.
+  /// `at`: to draw now; `gap_ended`: states arrived for a time that was guessed before; `drawn`:
+  /// what was drawn last; `seconds`: since then.
   [[nodiscard]] Vec3 soften(const Vec3& at, const Vec3& velocity, bool gap_ended, double seconds) {
     constexpr double kTimeConstant = 0.040;
     if (gap_ended && drawn_before_) offset_ = drawn_ + velocity * seconds - at;

@@ -1,10 +1,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "view/drawing.h"
-
 #include <glm/geometric.hpp>
 #include <glm/gtc/quaternion.hpp>
+
+#include "view/drawing.h"
 
 namespace tandem::view {
 namespace {
@@ -96,7 +96,8 @@ Vec3 Layout::object_size(int o) const {
 }
 
 double Layout::finger_radius(int user, int f) const {
-  const double r = scene.users[static_cast<std::size_t>(user)].fingers[static_cast<std::size_t>(f)].radius;
+  const double r =
+      scene.users[static_cast<std::size_t>(user)].fingers[static_cast<std::size_t>(f)].radius;
   return r > 0.0 ? r : 0.10 * unit;
 }
 
@@ -133,7 +134,8 @@ void rest_on(const Layout& l, const core::ObjectParameters& object, const Body& 
   } else {
     const bool plane = l.scene.space == core::Space::kPlane;
     const int axis = plane ? finger.side / 2 : std::min(finger.side, 2);
-    const double sign = plane ? (finger.side % 2 == 0 ? 1.0 : -1.0) : (p_B[axis] < 0.0 ? -1.0 : 1.0);
+    const double sign =
+        plane ? (finger.side % 2 == 0 ? 1.0 : -1.0) : (p_B[axis] < 0.0 ? -1.0 : 1.0);
     const double face = 0.5 * object.size[axis] + radius;
     n_B[axis] = sign;
     on_B[axis] = sign * face;
@@ -146,8 +148,10 @@ void rest_on(const Layout& l, const core::ObjectParameters& object, const Body& 
 
 DrawnFinger drawn_finger(const Layout& l, const Snapshot& seen, int user, int f) {
   const core::Scene& scene = l.scene;
-  const Finger& finger = seen.sites[static_cast<std::size_t>(user)].fingers[static_cast<std::size_t>(f)];
-  const double radius = scene.users[static_cast<std::size_t>(user)].fingers[static_cast<std::size_t>(f)].radius;
+  const Finger& finger =
+      seen.sites[static_cast<std::size_t>(user)].fingers[static_cast<std::size_t>(f)];
+  const double radius =
+      scene.users[static_cast<std::size_t>(user)].fingers[static_cast<std::size_t>(f)].radius;
   DrawnFinger out;
   out.proxy = finger.p;
 

@@ -2,9 +2,9 @@
 
 #include <vector>
 
-#include "view/drawing.h"
-
 #include <glm/vec3.hpp>
+
+#include "view/drawing.h"
 
 namespace tandem::view {
 

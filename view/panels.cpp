@@ -7,10 +7,11 @@
 #include <fmt/format.h>
 
 #define GLFW_INCLUDE_NONE
-#include <GLFW/glfw3.h>
-#include <imgui.h>
 #include <backends/imgui_impl_glfw.h>
 #include <backends/imgui_impl_opengl3.h>
+#include <imgui.h>
+
+#include <GLFW/glfw3.h>
 
 namespace tandem::view {
 namespace {
@@ -56,7 +57,8 @@ void plot(const char* name, const char* unit, const std::vector<Series>& all, bo
   for (const Series& s : all) {
     if (s.points.empty()) continue;
     ImGui::SameLine();
-    const Colour c = s.colour_of >= 0 ? colour_of_site(s.colour_of) : Colour{0.25f, 0.29f, 0.36f, 1};
+    const Colour c =
+        s.colour_of >= 0 ? colour_of_site(s.colour_of) : Colour{0.25f, 0.29f, 0.36f, 1};
     const std::string label = all.size() > 1 ? s.name + " " : "";
     ImGui::TextColored({c.x, c.y, c.z, 1.0f}, "%s%.3g", label.c_str(), s.points.back().value);
   }
@@ -75,7 +77,8 @@ void plot(const char* name, const char* unit, const std::vector<Series>& all, bo
     const float dark = 0.22f + 0.22f * static_cast<float>(shade++);
     const ImU32 c = s.colour_of >= 0 ? colour(colour_of_site(s.colour_of)) : grey(dark, 1.0f);
     // Not more points than pixels.
-    const std::size_t step = std::max<std::size_t>(1, s.points.size() / static_cast<std::size_t>(width));
+    const std::size_t step =
+        std::max<std::size_t>(1, s.points.size() / static_cast<std::size_t>(width));
     list->PathClear();
     for (std::size_t i = 0; i < s.points.size(); i += step) list->PathLineTo(at(s.points[i]));
     if (!s.points.empty()) list->PathLineTo(at(s.points.back()));
@@ -141,7 +144,8 @@ void Panels::begin(int width, int height, double seconds_since_last) {
   ImGuiIO& io = ImGui::GetIO();
   io.DisplaySize = {static_cast<float>(width), static_cast<float>(height)};
   io.DisplayFramebufferScale = {1.0f, 1.0f};
-  if (window_.glfw() == nullptr) io.DeltaTime = static_cast<float>(std::max(seconds_since_last, 1e-3));
+  if (window_.glfw() == nullptr)
+    io.DeltaTime = static_cast<float>(std::max(seconds_since_last, 1e-3));
   ImGui::NewFrame();
 }
 
@@ -175,7 +179,8 @@ void Panels::plots(const History& history, const PanelText& text) {
   if (!text.margin.empty()) ImGui::TextDisabled("%s", text.margin.c_str());
   ImGui::PopTextWrapPos();
   ImGui::Spacing();
-  const float tall = std::clamp((static_cast<float>(height_) - 330.0f * s) / 6.0f, 20.0f * s, 46.0f * s);
+  const float tall =
+      std::clamp((static_cast<float>(height_) - 330.0f * s) / 6.0f, 20.0f * s, 46.0f * s);
   plot("force on a hand", "N", history.force, true, 1.0, width, tall);
   plot("object", "mm", history.position, false, 2.0, width, tall);
   plot("replica gap", "mm", history.gap, true, 0.1, width, tall);
@@ -195,8 +200,9 @@ void Panels::plots(const History& history, const PanelText& text) {
 
 void Panels::player(Playback& playback) {
   const auto s = static_cast<float>(scale_);
-  ImGui::SetNextWindowPos({0.5f * static_cast<float>(width_), static_cast<float>(height_) - 10.0f * s},
-                          0, {0.5f, 1.0f});
+  ImGui::SetNextWindowPos(
+      {0.5f * static_cast<float>(width_), static_cast<float>(height_) - 10.0f * s}, 0,
+      {0.5f, 1.0f});
   ImGui::SetNextWindowSize({0.55f * static_cast<float>(width_), 0.0f});
   ImGui::Begin("player", nullptr, ImGuiWindowFlags_NoDecoration | ImGuiWindowFlags_NoMove);
   if (ImGui::Button(playback.paused ? "play" : "pause")) playback.paused = !playback.paused;
@@ -208,7 +214,8 @@ void Panels::player(Playback& playback) {
   ImGui::SameLine();
   auto speed = static_cast<float>(playback.speed);
   ImGui::SetNextItemWidth(-1.0f);
-  if (ImGui::SliderFloat("##speed", &speed, 0.05f, 4.0f, "speed %.2f", ImGuiSliderFlags_Logarithmic))
+  if (ImGui::SliderFloat("##speed", &speed, 0.05f, 4.0f, "speed %.2f",
+                         ImGuiSliderFlags_Logarithmic))
     playback.speed = static_cast<double>(speed);
   ImGui::End();
 }

@@ -1,8 +1,7 @@
 #include "view/png_file.h"
 
-#include <stdexcept>
-
 #include <png.h>
+#include <stdexcept>
 
 namespace tandem::view {
 

@@ -46,7 +46,8 @@ devices::PointerTargets PointerControl::update(const Input& input, const Picture
     // Not beyond what is in sight: a ray near the horizon goes far.
     const Vec3 centre = 0.5 * (layout_.low + layout_.high);
     const double reach = 1.5 * glm::length(layout_.high - layout_.low);
-    for (int i = 0; i < 3; ++i) wanted[i] = std::clamp(wanted[i], centre[i] - reach, centre[i] + reach);
+    for (int i = 0; i < 3; ++i)
+      wanted[i] = std::clamp(wanted[i], centre[i] - reach, centre[i] + reach);
     const Vec3 way = wanted - middle_;
     const double length = glm::length(way), most = kSpeed * input.seconds;
     middle_ += length > most ? way * (most / length) : way;
@@ -59,7 +60,8 @@ devices::PointerTargets PointerControl::update(const Input& input, const Picture
   devices::PointerTargets targets;
   const bool pinches = home_.size() > 1;
   for (std::size_t f = 0; f < home_.size(); ++f)
-    targets.fingers[f] = middle_ + home_[f] * (pinches ? open_ : 1.0) + (f == 1 ? second_ : Vec3{0.0});
+    targets.fingers[f] =
+        middle_ + home_[f] * (pinches ? open_ : 1.0) + (f == 1 ? second_ : Vec3{0.0});
   return targets;
 }
 

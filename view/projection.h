@@ -2,9 +2,9 @@
 
 #include <optional>
 
-#include "core/vec.h"
-
 #include <glm/mat4x4.hpp>
+
+#include "core/vec.h"
 
 /// From the world to the picture. OpenGL's conventions: the eye looks along -z, y is up, clip
 /// coordinates -1 .. 1.

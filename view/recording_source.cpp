@@ -39,14 +39,16 @@ const std::string& RecordingSource::user() const { return reader_.header().user;
 const Snapshot& RecordingSource::at(double time) {
   const auto slot = static_cast<std::int64_t>(std::floor(time * scene_.rates.local_hz + 1e-6));
   const auto after = std::upper_bound(slots_.begin(), slots_.end(), slot);
-  const auto tick = static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - slots_.begin() - 1, 0));
+  const auto tick =
+      static_cast<std::size_t>(std::max<std::ptrdiff_t>(after - slots_.begin() - 1, 0));
   if (tick == tick_) return now_;
   if (tick_ == SIZE_MAX || tick < tick_) assembler_->forget();
   const std::size_t before = tick_;
   tick_ = tick;
   for (const auto& places : packets_) {
-    const auto next = std::upper_bound(places.begin(), places.end(), slots_[tick],
-                                       [](std::int64_t s, const PacketPlace& p) { return s < p.slot; });
+    const auto next =
+        std::upper_bound(places.begin(), places.end(), slots_[tick],
+                         [](std::int64_t s, const PacketPlace& p) { return s < p.slot; });
     if (next == places.begin()) continue;
     const auto packets = reader_.packets(std::prev(next)->index, 1);
     for (const core::PacketRecord& packet : packets)

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-
 #include <epoxy/gl.h>
 
 #include <glm/geometric.hpp>
@@ -182,8 +181,7 @@ void Renderer::begin(int width, int height) {
   glClear(GL_COLOR_BUFFER_BIT | GL_DEPTH_BUFFER_BIT | GL_STENCIL_BUFFER_BIT);
 }
 
-void Renderer::Gl::set_item(const Shader& shader, const Item& item,
-                            const glm::dmat4& world) const {
+void Renderer::Gl::set_item(const Shader& shader, const Item& item, const glm::dmat4& world) const {
   const glm::mat4 model(item.model);
   const glm::mat3 normal(glm::inverseTranspose(glm::dmat3(item.model)));
   const glm::mat4 to_clip(world);
@@ -247,11 +245,10 @@ void Renderer::Gl::draw_lines(const Drawing& drawing, const glm::dmat4& world,
   vertices.reserve(drawing.lines.size() * 6);
   for (const Line& l : drawing.lines) {
     if (l.xray != xray) continue;
-    for (const glm::vec2 corner :
-         {glm::vec2{0, -1}, glm::vec2{1, -1}, glm::vec2{1, 1}, glm::vec2{0, -1}, glm::vec2{1, 1},
-          glm::vec2{0, 1}})
-      vertices.push_back({glm::vec3(l.a), glm::vec3(l.b), l.colour,
-                          l.width * static_cast<float>(scale), corner});
+    for (const glm::vec2 corner : {glm::vec2{0, -1}, glm::vec2{1, -1}, glm::vec2{1, 1},
+                                   glm::vec2{0, -1}, glm::vec2{1, 1}, glm::vec2{0, 1}})
+      vertices.push_back(
+          {glm::vec3(l.a), glm::vec3(l.b), l.colour, l.width * static_cast<float>(scale), corner});
   }
   if (vertices.empty()) return;
   line.use();

@@ -14,8 +14,8 @@ struct Image {
   std::vector<unsigned char> rgb;
 };
 
-/// Draws a Drawing with OpenGL into a picture of its own, several samples a pixel, and brings that to
-/// the window or into memory. Needs a current context (GlWindow).
+/// Draws a Drawing with OpenGL into a picture of its own, several samples a pixel, and brings that
+/// to the window or into memory. Needs a current context (GlWindow).
 class Renderer {
  public:
   /// Throws WindowError: a shader that does not compile. `samples`: a pixel; 0: no smoothing.

@@ -6,10 +6,9 @@
 #include <stdexcept>
 
 #include <Eigen/Geometry>
-#include <nlohmann/json.hpp>
-
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
+#include <nlohmann/json.hpp>
 
 namespace tandem::view {
 namespace {
@@ -51,12 +50,12 @@ class RoomReader {
       const Json& q = j["rotation"];
       if (!q.is_array() || q.size() != 4)
         fail(field + ".rotation", q.dump() + " is not a quaternion [w, x, y, z]");
-      r.q = Quat(number(q[0], field), number(q[1], field), number(q[2], field),
-                 number(q[3], field));
+      r.q =
+          Quat(number(q[0], field), number(q[1], field), number(q[2], field), number(q[3], field));
       const double length = std::sqrt(glm::dot(r.q, r.q));
       if (std::abs(length - 1.0) > 0.01)
-        fail(field + ".rotation", q.dump() + " has length " + std::to_string(length) +
-                                      "; a rotation has length 1");
+        fail(field + ".rotation",
+             q.dump() + " has length " + std::to_string(length) + "; a rotation has length 1");
       r.q = glm::normalize(r.q);
     }
     return r;
@@ -88,8 +87,8 @@ class RoomReader {
     const Eigen::Quaterniond q(Eigen::Matrix3d(m.topLeftCorner<3, 3>()));
     const Rigid r{{m(0, 3), m(1, 3), m(2, 3)}, Quat(q.w(), q.x(), q.y(), q.z())};
     for (Eigen::Index i = 0; i < n; ++i) {
-      const Vec3 off = r({here(0, i), here(1, i), here(2, i)}) -
-                       Vec3{common(0, i), common(1, i), common(2, i)};
+      const Vec3 off =
+          r({here(0, i), here(1, i), here(2, i)}) - Vec3{common(0, i), common(1, i), common(2, i)};
       worst = std::max(worst, std::sqrt(glm::dot(off, off)));
     }
     return r;
@@ -114,8 +113,7 @@ Picture Room::picture(Eye eye, int width, int height) const {
   p.height = height;
   // The eye's frame is the screen's, moved to the eye: the picture does not turn with the head.
   p.view = glm::translate(Mat4(1.0), screen_from_scene.t - e) * glm::mat4_cast(screen_from_scene.q);
-  p.projection =
-      projection_matrix(off_axis_frustum(screen_width, screen_height, e, near, far));
+  p.projection = projection_matrix(off_axis_frustum(screen_width, screen_height, e, near, far));
   return p;
 }
 
@@ -138,12 +136,13 @@ Room parse_room(const std::string& json, const std::string& name) {
     } else if (key == "common_from_device") {
       if (!value.is_object()) read.fail(key, "is no object: one entry a device");
       for (const auto& [device, frame] : value.items())
-        room.common_from_device[device] = read.rigid(frame, key + "." + device, room.worst_residual);
+        room.common_from_device[device] =
+            read.rigid(frame, key + "." + device, room.worst_residual);
     } else if (key == "screen") {
       screen = true;
       room.common_from_screen = read.rigid(value, key, room.worst_residual);
-      for (const auto& [field, size] : {std::pair{"width", &room.screen_width},
-                                        std::pair{"height", &room.screen_height}}) {
+      for (const auto& [field, size] :
+           {std::pair{"width", &room.screen_width}, std::pair{"height", &room.screen_height}}) {
         if (!value.contains(field)) read.fail(std::string("screen.") + field, "is missing [m]");
         *size = read.number(value[field], std::string("screen.") + field);
         if (!(*size > 0.0 && *size <= 100.0))
@@ -180,8 +179,8 @@ Vec3 parse_point(const std::string& text) {
   std::istringstream in(text);
   char comma = ',', comma2 = ',';
   std::string rest;
-  if (!(in >> p.x >> comma >> p.y >> comma2 >> p.z) || comma != ',' || comma2 != ',' || (in >> rest) ||
-      !std::isfinite(p.x + p.y + p.z))
+  if (!(in >> p.x >> comma >> p.y >> comma2 >> p.z) || comma != ',' || comma2 != ',' ||
+      (in >> rest) || !std::isfinite(p.x + p.y + p.z))
     throw std::invalid_argument("\"" + text + "\" is not X,Y,Z in metres");
   return p;
 }

@@ -36,8 +36,8 @@ struct Room {
   Rigid common_from_tracker;
   Rigid common_from_screen;
   std::map<std::string, Rigid> common_from_device;
-  double screen_width = 0.0, screen_height = 0.0;  ///< [m]
-  double eye_separation = 0.063;                   ///< [m]
+  double screen_width = 0.0, screen_height = 0.0;          ///< [m]
+  double eye_separation = 0.063;                           ///< [m]
   Rigid tracker_from_head{{0.0, 0.0, 0.6}, {1, 0, 0, 0}};  ///< until a tracker says otherwise
   double near = 0.05, far = 20.0;                          ///< [m]
   /// Largest distance that a frame fitted to pairs of points leaves [m]; 0: nothing was fitted.

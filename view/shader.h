@@ -1,8 +1,7 @@
 #pragma once
 
-#include <string>
-
 #include <epoxy/gl.h>
+#include <string>
 
 namespace tandem::view {
 

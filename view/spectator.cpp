@@ -22,7 +22,9 @@ namespace {
 
 [[nodiscard]] core::SpectatorLayout layout_of(const core::Scene& scene, std::uint32_t host) {
   core::SpectatorLayout l;
-  l.hand_values = scene.space == core::Space::kAxis ? 1 : scene.space == core::Space::kPlane ? 2 : 3;
+  l.hand_values = scene.space == core::Space::kAxis    ? 1
+                  : scene.space == core::Space::kPlane ? 2
+                                                       : 3;
   l.object_values = l.hand_values == 1 ? 2 : l.hand_values == 2 ? 6 : core::kMaxObjectValues;
   l.objects = static_cast<int>(scene.objects.size());
   l.users = static_cast<int>(scene.users.size());
@@ -97,28 +99,29 @@ bool SpectatorPicture::at(double now, Snapshot& out) {
     Site& site = out.sites[static_cast<std::size_t>(s)];
     if (stream.buffer.empty()) continue;
     const double time = stream.clock.at(now);
-    const int fingers = s < static_cast<int>(scene_.users.size())
-                            ? static_cast<int>(scene_.users[static_cast<std::size_t>(s)].fingers.size())
-                            : 0;
+    const int fingers =
+        s < static_cast<int>(scene_.users.size())
+            ? static_cast<int>(scene_.users[static_cast<std::size_t>(s)].fingers.size())
+            : 0;
     const int objects = site.has_objects ? layout_.objects : 0;
     const double age = site.age, loss = site.loss;
     if (!stream.buffer.at(time, fingers, objects, site)) continue;
     site.age = age;
     site.loss = loss;
-    if (s == out.own) out.time = time;
+    if (s == out.own) out.time = std::min(time, stream.buffer.newest() + SiteBuffer::kMostAhead);
     any = true;
     const bool guesses = time > stream.buffer.newest();
     const bool gap_ended = stream.guessing && stream.buffer.newest() > stream.newest_drawn;
     for (int f = 0; f < fingers; ++f)
       site.fingers[static_cast<std::size_t>(f)].p =
           stream.fingers[static_cast<std::size_t>(f)].soften(
-              site.fingers[static_cast<std::size_t>(f)].p, site.fingers[static_cast<std::size_t>(f)].v,
-              gap_ended, since);
+              site.fingers[static_cast<std::size_t>(f)].p,
+              site.fingers[static_cast<std::size_t>(f)].v, gap_ended, since);
     for (int o = 0; o < objects; ++o)
       site.objects[static_cast<std::size_t>(o)].p =
           stream.objects[static_cast<std::size_t>(o)].soften(
-              site.objects[static_cast<std::size_t>(o)].p, site.objects[static_cast<std::size_t>(o)].v,
-              gap_ended, since);
+              site.objects[static_cast<std::size_t>(o)].p,
+              site.objects[static_cast<std::size_t>(o)].v, gap_ended, since);
     stream.guessing = guesses;
     stream.newest_drawn = stream.buffer.newest();
   }

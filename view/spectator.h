@@ -20,9 +20,9 @@
 
 namespace tandem::view {
 
-/// Turns a node's snapshots, as they come, into pictures at any time: buffers a site each, played 2.5
-/// packet periods behind the newest. Without socket and clock, so that it can be tested in virtual
-/// time. One thread.
+/// Turns a node's snapshots, as they come, into pictures at any time: buffers a site each,
+/// played 2.5 packet periods behind the newest. Without socket and clock, so that it can be tested
+/// in virtual time. One thread.
 class SpectatorPicture {
  public:
   /// `host_sender`: whose snapshots: a user's index or core::kServerSender.

@@ -51,7 +51,8 @@ class Viewer {
         renderer_(options.samples),
         panels_(window_),
         history_(scene),
-        camera_(options.camera.value_or(layout_.camera(static_cast<double>(options.width) / options.height))),
+        camera_(options.camera.value_or(
+            layout_.camera(static_cast<double>(options.width) / options.height))),
         pointer_(layout_, options.pointer_user) {
     if (window_.glfw() != nullptr) scroll_before = glfwSetScrollCallback(window_.glfw(), on_scroll);
     scrolled = 0.0;
@@ -147,14 +148,16 @@ void Viewer::steer(double seconds) {
       return (key(plus) ? 1.0 : 0.0) - (key(minus) ? 1.0 : 0.0);
     };
     camera_.azimuth += angle * axis(GLFW_KEY_D, GLFW_KEY_A);
-    camera_.elevation = std::clamp(camera_.elevation + angle * axis(GLFW_KEY_W, GLFW_KEY_S), -0.2, 1.55);
+    camera_.elevation =
+        std::clamp(camera_.elevation + angle * axis(GLFW_KEY_W, GLFW_KEY_S), -0.2, 1.55);
     camera_.zoom(8.0 * seconds * axis(GLFW_KEY_EQUAL, GLFW_KEY_MINUS));
     if (!pointer) {
       camera_.azimuth += angle * axis(GLFW_KEY_RIGHT, GLFW_KEY_LEFT);
       camera_.elevation =
           std::clamp(camera_.elevation + angle * axis(GLFW_KEY_UP, GLFW_KEY_DOWN), -0.2, 1.55);
     }
-    if (pressed(GLFW_KEY_R)) camera_ = layout_.camera(static_cast<double>(window_.width()) / window_.height());
+    if (pressed(GLFW_KEY_R))
+      camera_ = layout_.camera(static_cast<double>(window_.width()) / window_.height());
     if (pressed(GLFW_KEY_T)) camera_.elevation = 1.55, camera_.azimuth = -1.5708;
     if (pressed(GLFW_KEY_H)) options_.panels = !options_.panels;
     if (pressed(GLFW_KEY_G)) options_.drawing.ghosts = !options_.drawing.ghosts;
@@ -173,8 +176,9 @@ void Viewer::lead_fingers(double seconds) {
   input.inside = mouse_moved_ && !panels_.takes_mouse() && mouse_.x >= 0 && mouse_.y >= 0 &&
                  mouse_.x < width && mouse_.y < height;
   input.pixel = {mouse_.x * window_.width() / width, mouse_.y * window_.height() / height};
-  input.pinch = key(GLFW_KEY_SPACE) ||
-                (!panels_.takes_mouse() && glfwGetMouseButton(w, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS);
+  input.pinch =
+      key(GLFW_KEY_SPACE) ||
+      (!panels_.takes_mouse() && glfwGetMouseButton(w, GLFW_MOUSE_BUTTON_LEFT) == GLFW_PRESS);
   input.second_finger = {(key(GLFW_KEY_RIGHT) ? 1.0 : 0.0) - (key(GLFW_KEY_LEFT) ? 1.0 : 0.0),
                          (key(GLFW_KEY_UP) ? 1.0 : 0.0) - (key(GLFW_KEY_DOWN) ? 1.0 : 0.0)};
   input.seconds = std::min(seconds, 0.1);
@@ -194,8 +198,8 @@ Picture Viewer::picture_of(Eye eye, int x, int width, int height) const {
       const double side = (eye == Eye::kLeft ? -0.5 : 0.5) * c.distance / 30.0;
       p.view[3][0] -= side;
       const double near = 0.02 * c.distance;
-      Frustum f = symmetric_frustum(c.fov_y, static_cast<double>(width) / height, near,
-                                    50.0 * c.distance);
+      Frustum f =
+          symmetric_frustum(c.fov_y, static_cast<double>(width) / height, near, 50.0 * c.distance);
       const double shift = side * near / c.distance;
       f.left -= shift;
       f.right -= shift;
@@ -287,7 +291,8 @@ ViewerReport Viewer::run() {
   report_.camera = camera_;
   report_.width = window_.width();
   report_.height = window_.height();
-  for (const double ms : drawing_ms) report_.picture_ms_mean += ms / static_cast<double>(drawing_ms.size());
+  for (const double ms : drawing_ms)
+    report_.picture_ms_mean += ms / static_cast<double>(drawing_ms.size());
   const auto p99 = [](std::vector<double>& v) {
     if (v.empty()) return 0.0;
     std::sort(v.begin(), v.end());

@@ -19,26 +19,26 @@ namespace tandem::view {
 struct Source {
   /// The session as it is to be drawn now. False: nothing newer than the last time.
   std::function<bool(Snapshot&)> newest;
-  std::function<bool()> ended;                        ///< empty: never
-  std::function<void(double time)> advance_to;        ///< where the viewer makes the time [s]
-  std::function<std::vector<std::string>()> messages; ///< news for people; empty: none
-  Playback* playback = nullptr;                       ///< a recording is played
+  std::function<bool()> ended;                         ///< empty: never
+  std::function<void(double time)> advance_to;         ///< where the viewer makes the time [s]
+  std::function<std::vector<std::string>()> messages;  ///< news for people; empty: none
+  Playback* playback = nullptr;                        ///< a recording is played
 };
 
 struct ViewerOptions {
   int width = 1280, height = 720;
   bool visible = true;
-  bool offscreen = false;   ///< no window, even where there is a display
-  bool own_time = false;    ///< time goes with the pictures, through Source::advance_to
-  double seconds = 0.0;     ///< ends after this time [s]; 0: when the source or the person ends it
-  double fps = 60.0;        ///< pictures a second at most
-  std::string screenshot;   ///< PNG of the last picture; empty: none
-  std::string frames;       ///< folder for every picture; empty: none
+  bool offscreen = false;  ///< no window, even where there is a display
+  bool own_time = false;   ///< time goes with the pictures, through Source::advance_to
+  double seconds = 0.0;    ///< ends after this time [s]; 0: when the source or the person ends it
+  double fps = 60.0;       ///< pictures a second at most
+  std::string screenshot;  ///< PNG of the last picture; empty: none
+  std::string frames;      ///< folder for every picture; empty: none
   bool panels = true;
   DrawOptions drawing;
   int samples = 4;
-  bool stereo = false;       ///< left and right eye side by side
-  std::optional<Room> room;  ///< head-tracked; none: camera on the mouse
+  bool stereo = false;                                ///< left and right eye side by side
+  std::optional<Room> room;                           ///< head-tracked; none: camera on the mouse
   std::function<void(double time, Room&)> move_head;  ///< sets tracker_from_head; empty: it rests
   std::optional<Camera> camera;                       ///< none: all of the scene
   PanelText text;

@@ -1,4 +1,5 @@
 #include <cstdlib>
+
 #include <gtest/gtest.h>
 
 #include "recording/recording_reader.h"
@@ -11,7 +12,8 @@ namespace {
 
 std::vector<std::string> node_with_window(const std::string& file) {
   return node({"server", "--scene", "plane_single", "--bind", free_address(), "--seconds", "2.5",
-               "--record", file, "--view", "--view-size", "200x150", "--view-fps", "20", "--quiet"});
+               "--record", file, "--view", "--view-size", "200x150", "--view-fps", "20",
+               "--quiet"});
 }
 
 /// All ticks of 2.5 s but those a busy machine missed.
@@ -56,7 +58,8 @@ TEST(ViewFailures, NoDisplayOfThatNameIsSaid) {
   setenv("DISPLAY", ":987", 1);
   Program program({"view", "--scene", "plane_single", "--seconds", "1"});
   EXPECT_EQ(program.wait(), 1) << program.output();
-  EXPECT_NE(program.output().find("cannot open display :987"), std::string::npos) << program.output();
+  EXPECT_NE(program.output().find("cannot open display :987"), std::string::npos)
+      << program.output();
 }
 
 TEST(ViewFailures, WrongInputIsRefusedWithWhatIsAllowed) {

@@ -1,13 +1,15 @@
+#include "view/interpolate.h"
+
 #include <cmath>
-#include <gtest/gtest.h>
 #include <vector>
+
+#include <gtest/gtest.h>
 
 #include "arch_distributed/distributed_loop.h"
 #include "core/link_model.h"
 #include "core/plane_world.h"
 #include "core/space_rotation.h"
 #include "scene/load_scene.h"
-#include "view/interpolate.h"
 #include "view/spectator.h"
 
 namespace tandem::view {

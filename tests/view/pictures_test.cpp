@@ -1,8 +1,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
-#include <gtest/gtest.h>
 
+#include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
 #include "core/scene.h"
@@ -152,7 +152,8 @@ TEST_F(Pictures, OfARunningSessionAndOfItsRecordingShowWhatTheReplicaHad) {
     const core::TickRecord t = tick_at(shot.report["time"]);
     expect_box_scene(shot, {t.objects[0][0], t.objects[0][1]}, t.objects[0][2], {});
     const Json& box = shot.report["objects"][0];
-    return std::hypot(box[0].get<double>() - t.objects[0][0], box[1].get<double>() - t.objects[0][1]);
+    return std::hypot(box[0].get<double>() - t.objects[0][0],
+                      box[1].get<double>() - t.objects[0][1]);
   };
   // The finger ball outside the face, where the hand of user 2, a packet older, was drawn too.
   const auto finger = [&](const Shot& shot, int user, int f) {

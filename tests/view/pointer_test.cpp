@@ -1,16 +1,17 @@
-#include <gtest/gtest.h>
-
-#include "recording/recording_reader.h"
-#include "tests/system/program.h"
-#include "tests/view/x_server.h"
-#include "scene/load_scene.h"
-#include "view/drawing.h"
-
 #include <X11/Xlib.h>
 #include <X11/extensions/XTest.h>
 
+#include <gtest/gtest.h>
+
+#include "recording/recording_reader.h"
+#include "scene/load_scene.h"
+#include "tests/system/program.h"
+#include "tests/view/x_server.h"
+#include "view/drawing.h"
+
 // Two people at two machines, each with a mouse: two X servers, two replicas with windows, and mice
-// that are moved by the X servers themselves (XTest), all the way through window, hand, law and UDP.
+// that are moved by the X servers themselves (XTest), all the way through window, hand, law and
+// UDP.
 namespace tandem::test {
 namespace {
 

@@ -1,8 +1,10 @@
+#include "view/projection.h"
+
 #include <cmath>
+
 #include <gtest/gtest.h>
 
 #include "view/camera.h"
-#include "view/projection.h"
 #include "view/room.h"
 
 namespace tandem::view {
@@ -34,9 +36,9 @@ TEST(OffAxisFrustum, RefusesAnEyeBehindTheScreen) {
   EXPECT_THROW((void)off_axis_frustum(0.0, 1.5, {0, 0, 1}, 0.1, 10), std::invalid_argument);
 }
 
-// By hand: the eye 2 m from the target along x, z up. A point 0.5 m left of the target (at +y... the
-// eye at +x looks along -x, so +y is to its right) and 0.25 m up: tan of half the angle is 0.5, the
-// picture 200 x 100, so a pixel is 0.02 m at the target.
+// By hand: the eye 2 m from the target along x, z up. A point 0.5 m left of the target (at +y...
+// the eye at +x looks along -x, so +y is to its right) and 0.25 m up: tan of half the angle is 0.5,
+// the picture 200 x 100, so a pixel is 0.02 m at the target.
 TEST(CameraPicture, PutsAPointAtThePixelComputedByHand) {
   Camera c;
   c.target = {1.0, 0.0, 0.0};
@@ -77,7 +79,8 @@ TEST(Room, BringsTheTrackedHeadIntoTheFrameOfTheScreen) {
   EXPECT_NEAR(e.x, 0.3, kRounding);
   EXPECT_NEAR(e.y, 0.1, kRounding);
   EXPECT_NEAR(e.z, 1.9, kRounding);
-  EXPECT_NEAR(room.eye_in_screen(Eye::kRight).x - room.eye_in_screen(Eye::kLeft).x, 0.06, kRounding);
+  EXPECT_NEAR(room.eye_in_screen(Eye::kRight).x - room.eye_in_screen(Eye::kLeft).x, 0.06,
+              kRounding);
 }
 
 // What lies in the plane of the screen is drawn where it is, whoever looks: by hand, the point
@@ -97,11 +100,13 @@ TEST(Room, APointOnTheScreenStaysWhereItIsForBothEyesAndAnyHead) {
 }
 
 // A point half way between eye and screen (similar triangles): seen from e = (0.3, 0.1, 1.9) the
-// point (0.3, 0.35, 0.95) is drawn at (0.3, 0.6) on the screen: x (0.3 + 1.35) / 2.7, y (1 - 0.6) / 2.
+// point (0.3, 0.35, 0.95) is drawn at (0.3, 0.6) on the screen: x (0.3 + 1.35) / 2.7, y (1 - 0.6)
+// / 2.
 TEST(Room, APointBeforeTheScreenIsDrawnWhereTheRayMeetsTheScreen) {
   const Room room = parse_room(kRoom, "test");
   const Vec3 in_common = room.common_from_screen({0.3, 0.35, 0.95});
-  const auto at = room.picture(Eye::kMiddle, 1000, 800).pixel(room.common_from_scene.inverse()(in_common));
+  const auto at =
+      room.picture(Eye::kMiddle, 1000, 800).pixel(room.common_from_scene.inverse()(in_common));
   ASSERT_TRUE(at);
   EXPECT_NEAR(at->x, 1000.0 * 1.65 / 2.7, 1e-8);
   EXPECT_NEAR(at->y, 800.0 * 0.2, 1e-8);
@@ -133,16 +138,21 @@ TEST(Room, SaysWhatIsWrongWithAFile) {
   EXPECT_NE(said("{").find("not JSON"), std::string::npos);
   EXPECT_NE(said("[]").find("not a JSON object"), std::string::npos);
   EXPECT_NE(said("{}").find("field screen: is missing"), std::string::npos);
-  EXPECT_NE(said(R"({"screen": {"width": -1, "height": 1}})").find("screen.width"), std::string::npos);
-  EXPECT_NE(said(R"({"screen": {"width": 1, "height": 1, "rotation": [1, 1, 0, 0]}})").find("length"),
+  EXPECT_NE(said(R"({"screen": {"width": -1, "height": 1}})").find("screen.width"),
             std::string::npos);
+  EXPECT_NE(
+      said(R"({"screen": {"width": 1, "height": 1, "rotation": [1, 1, 0, 0]}})").find("length"),
+      std::string::npos);
   EXPECT_NE(said(R"({"sreen": {}})").find("is not known"), std::string::npos);
-  EXPECT_NE(said(R"({"screen": {"width": 1, "height": 1}, "tracker_from_head": {"translation": [0, 0, -1]}})")
-                .find("in front of it"),
-            std::string::npos);
+  EXPECT_NE(
+      said(
+          R"({"screen": {"width": 1, "height": 1}, "tracker_from_head": {"translation": [0, 0, -1]}})")
+          .find("in front of it"),
+      std::string::npos);
   EXPECT_NE(said(R"({"screen": {"width": 1, "height": 1}, "common_from_tracker": {"pairs": [
       {"here": [0,0,0], "common": [0,0,0]}, {"here": [1,0,0], "common": [1,0,0]},
-      {"here": [2,0,0], "common": [2,0,0]}]}})").find("on one line"),
+      {"here": [2,0,0], "common": [2,0,0]}]}})")
+                .find("on one line"),
             std::string::npos);
 }
 

@@ -74,9 +74,9 @@ TEST(DrawnFinger, IsTheHandWhereNothingIsTouched) {
 
 // Every shipped scene can be laid out and drawn, and everything that moves is in sight.
 TEST(Layout, EveryShippedSceneIsInSight) {
-  for (const char* name : {"wall_single", "axis_single", "axis_central", "axis_distributed",
-                           "plane_single", "box_central", "box_distributed", "space_box",
-                           "space_sphere"}) {
+  for (const char* name :
+       {"wall_single", "axis_single", "axis_central", "axis_distributed", "plane_single",
+        "box_central", "box_distributed", "space_box", "space_sphere"}) {
     const core::Scene scene = scene::load_scene(name);
     const Layout layout(scene);
     PacedSession::Options options;
@@ -148,8 +148,8 @@ TEST(Assembler, CountsLossFromSequenceNumbers) {
   EXPECT_NEAR(assembler.snapshot().sites[1].loss, 0.25, 0.01);  // a packet of 128 more or less
 }
 
-// Straight from above, the eye 1 m over the plane in which the hands are: a pixel right of the middle
-// is (2 tan(fov/2) / height) metres. The hand goes there at its own speed, 0.4 m/s.
+// Straight from above, the eye 1 m over the plane in which the hands are: a pixel right of the
+// middle is (2 tan(fov/2) / height) metres. The hand goes there at its own speed, 0.4 m/s.
 TEST(PointerControl, LeadsTheMiddleOfTheHandToThePointer) {
   const core::Scene scene = scene::load_scene("box_distributed");
   const Layout layout(scene);

@@ -46,7 +46,8 @@ void XServer::kill() {
 void XServer::use() const { setenv("DISPLAY", display_.c_str(), 1); }
 
 Thing thing_at(const view::Image& image, double x, double y) {
-  const int px = static_cast<int>(std::lround(x - 0.5)), py = static_cast<int>(std::lround(y - 0.5));
+  const int px = static_cast<int>(std::lround(x - 0.5)),
+            py = static_cast<int>(std::lround(y - 0.5));
   if (px < 0 || py < 0 || px >= image.width || py >= image.height) return Thing::kOther;
   const unsigned char* c =
       &image.rgb[3 * (static_cast<std::size_t>(py) * static_cast<std::size_t>(image.width) +

@@ -7,8 +7,8 @@
 
 namespace tandem::test {
 
-/// An X server without a screen (Xvfb), for as long as it lives. Programs started while it is `use`d
-/// find it.
+/// An X server without a screen (Xvfb), for as long as it lives. Programs started while it is
+/// `use`d find it.
 class XServer {
  public:
   explicit XServer(const std::string& size = "640x480");

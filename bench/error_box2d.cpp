@@ -9,9 +9,8 @@
 #include "bench/error_peer.h"
 #include "bench/error_reference.h"
 
+namespace tandem::bench {
 namespace {
-
-using namespace tandem::bench;
 
 constexpr double kScale = 10.0;
 
@@ -151,9 +150,7 @@ class Model {
   int steps_ = 0;
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run_peer(int argc, char** argv) {
   const ErrorPoint& point = asked_point(argc, argv);
   if (point.which == Case::kSpin) return 0;  // a plane has no such thing
   const bool joined = point.which == Case::kMasses || point.which == Case::kHands;
@@ -167,3 +164,8 @@ int main(int argc, char** argv) {
   }
   return 0;
 }
+
+}  // namespace
+}  // namespace tandem::bench
+
+int main(int argc, char** argv) { return tandem::bench::run_peer(argc, argv); }

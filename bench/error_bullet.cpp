@@ -6,9 +6,8 @@
 
 #include "bench/error_peer.h"
 
+namespace tandem::bench {
 namespace {
-
-using namespace tandem::bench;
 
 struct Setting {
   const char* name;
@@ -92,10 +91,10 @@ class Model {
 
   void sample(double* out) const {
     for (const auto& body : bodies_) {
-      const btVector3 p = body->getCenterOfMassPosition(), v = body->getLinearVelocity();
+      const btVector3 &p = body->getCenterOfMassPosition(), &v = body->getLinearVelocity();
       if (point_.which == Case::kSpin) {
         const btQuaternion q = body->getOrientation();
-        const btVector3 w = body->getAngularVelocity();
+        const btVector3& w = body->getAngularVelocity();
         for (const double x : {q.w(), q.x(), q.y(), q.z(), w.x(), w.y(), w.z()}) *out++ = x;
         return;
       }
@@ -177,9 +176,7 @@ class Model {
   int steps_ = 0;
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run_peer(int argc, char** argv) {
   const ErrorPoint& point = asked_point(argc, argv);
   std::vector<Setting> settings;
   switch (point.which) {
@@ -201,3 +198,8 @@ int main(int argc, char** argv) {
     run_all_rates(point, s.name, [&](double T) { return std::make_unique<Model>(point, s, T); });
   return 0;
 }
+
+}  // namespace
+}  // namespace tandem::bench
+
+int main(int argc, char** argv) { return tandem::bench::run_peer(argc, argv); }

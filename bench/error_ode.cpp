@@ -6,9 +6,8 @@
 
 #include "bench/error_peer.h"
 
+namespace tandem::bench {
 namespace {
-
-using namespace tandem::bench;
 
 enum class How { kJointsWorld, kJointsQuick, kForces };
 
@@ -129,9 +128,9 @@ class Model {
     dJointAttach(joint, bodies_[a], bodies_[b]);
     dJointSetDBallAnchor1(joint, start_[a], 0, 0);
     dJointSetDBallAnchor2(joint, start_[b], 0, 0);
-    const double k = point_.stiffness, b_ = point_.damping;
-    dJointSetDBallParam(joint, dParamERP, T_ * k / (T_ * k + b_));
-    dJointSetDBallParam(joint, dParamCFM, 1.0 / (T_ * k + b_));
+    const double k = point_.stiffness, damping = point_.damping;
+    dJointSetDBallParam(joint, dParamERP, T_ * k / (T_ * k + damping));
+    dJointSetDBallParam(joint, dParamCFM, 1.0 / (T_ * k + damping));
   }
   void push(int i, double force) { dBodyAddForce(bodies_[i], force, 0, 0); }
   void couple(int hand, int object) {
@@ -184,9 +183,7 @@ class Model {
   int steps_ = 0;
 };
 
-}  // namespace
-
-int main(int argc, char** argv) {
+int run_peer(int argc, char** argv) {
   const ErrorPoint& point = asked_point(argc, argv);
   dInitODE2(0);
   dAllocateODEDataForThread(dAllocateMaskAll);
@@ -200,3 +197,8 @@ int main(int argc, char** argv) {
   dCloseODE();
   return 0;
 }
+
+}  // namespace
+}  // namespace tandem::bench
+
+int main(int argc, char** argv) { return tandem::bench::run_peer(argc, argv); }

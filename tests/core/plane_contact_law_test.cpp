@@ -293,8 +293,8 @@ void expect_space_integrated(std::uint64_t seed) {
     const SurfaceForce<Tangent> f =
         press(memory, gains, SurfaceMotion<Tangent>{depth, 0.0, x, step * (1.0 / kT)}, kT);
     if (length > most) w *= most / length, ++slid;
-    // Positions wander by centimetres: their rounding, times 1200 N/m.
-    EXPECT_LT(magnitude(f.tangential + w * 1200.0), 1e-13) << k;
+    // Positions wander by 0.3 m: the rounding of some tens of sums of it, times 1200 N/m.
+    EXPECT_LT(magnitude(f.tangential + w * 1200.0), 1e-11) << k;
     if (testing::Test::HasFailure()) return;
   }
   EXPECT_GT(slid, 1000);

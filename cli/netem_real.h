@@ -17,7 +17,7 @@ namespace tandem::cli {
 struct RealRequest {
   bool quick = false;
   bool check = false, clean = false;
-  std::string name;                   ///< of the namespaces; empty: tandem-<pid>
+  std::string name;                     ///< of the namespaces; empty: tandem-<pid>
   std::string folder = "tandem-netem";  ///< recordings and reports of the nodes
   int at_once = 2;
 };

@@ -2,12 +2,12 @@
 
 #include <atomic>
 #include <csignal>
+#include <fcntl.h>
 #include <filesystem>
 #include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 #include <vector>
-#include <fcntl.h>
 
 #include "harness/namespaces.h"
 
@@ -84,7 +84,8 @@ Caretaker::~Caretaker() {
 }
 
 void Caretaker::tell(const std::string& line) {
-  if (pipe_ >= 0 && write(pipe_, (line + "\n").c_str(), line.size() + 1) < 0) close(pipe_), pipe_ = -1;
+  if (pipe_ >= 0 && write(pipe_, (line + "\n").c_str(), line.size() + 1) < 0)
+    close(pipe_), pipe_ = -1;
 }
 
 void Caretaker::kill_group_at_end(pid_t leader) { tell("g " + std::to_string(leader)); }

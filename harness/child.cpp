@@ -105,9 +105,8 @@ Child::Child(std::vector<std::string> words, const ChildOptions& options) {
   argv.push_back(nullptr);
 
   const Ends out = make_pipe();
-  const Ends in = options.takes_input
-                      ? make_pipe()
-                      : Ends{open("/dev/null", O_RDONLY | O_CLOEXEC), -1};
+  const Ends in =
+      options.takes_input ? make_pipe() : Ends{open("/dev/null", O_RDONLY | O_CLOEXEC), -1};
   const pid_t parent = getpid();
   pid_ = fork();
   if (pid_ == 0) become(argv, options.environment, parent, network, in.read, out.write);

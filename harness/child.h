@@ -8,7 +8,7 @@
 namespace tandem::harness {
 
 struct ChildOptions {
-  std::string network;  ///< name of the network namespace it runs in; empty: ours
+  std::string network;                   ///< name of the network namespace it runs in; empty: ours
   std::vector<std::string> environment;  ///< NAME=VALUE beside what we have
   bool takes_input = false;              ///< `write` reaches its standard input; else it has none
 };

@@ -82,8 +82,8 @@ constexpr const char* kHint =
       "sleep 60\n",
       fmt::arg("home", quoted(home != nullptr ? home : "/root")), fmt::arg("inside", kInside),
       fmt::arg("modules", quoted(kernel.modules)), fmt::arg("terminal", kTerminal),
-      fmt::arg("watched", on_terminal() ? 1 : 0),
-      fmt::arg("host", kHost), fmt::arg("described", quoted(describe_host())),
+      fmt::arg("watched", on_terminal() ? 1 : 0), fmt::arg("host", kHost),
+      fmt::arg("described", quoted(describe_host())),
       fmt::arg("here", quoted(fs::current_path().string())), fmt::arg("command", command),
       fmt::arg("folder", folder));
 }
@@ -143,9 +143,17 @@ void pin_to_one_processor() {
 [[nodiscard]] pid_t boot(const GuestKernel& kernel, const std::string& folder) {
   const std::string init = "init=" + folder + "/init";
   const std::string console = folder + "/console";
-  const std::vector<std::string> words{
-      kernel.program, "mem=768M", "rootfstype=hostfs", "rootflags=/", "rw", init,
-      "con=null",     "con0=null,fd:1", "quiet", "panic=-1", "umid=" + fs::path(folder).filename().string()};
+  const std::vector<std::string> words{kernel.program,
+                                       "mem=768M",
+                                       "rootfstype=hostfs",
+                                       "rootflags=/",
+                                       "rw",
+                                       init,
+                                       "con=null",
+                                       "con0=null,fd:1",
+                                       "quiet",
+                                       "panic=-1",
+                                       "umid=" + fs::path(folder).filename().string()};
   std::vector<char*> argv;
   for (const std::string& word : words) argv.push_back(const_cast<char*>(word.c_str()));
   argv.push_back(nullptr);
@@ -289,7 +297,8 @@ void remove_guests(const std::vector<std::string>& folders) {
 }
 
 int run_in_guest(const GuestKernel& kernel, const std::vector<std::string>& words) {
-  std::string folder = (fs::temp_directory_path() / fmt::format("{}{}-XXXXXX", kFolderName, getpid())).string();
+  std::string folder =
+      (fs::temp_directory_path() / fmt::format("{}{}-XXXXXX", kFolderName, getpid())).string();
   if (mkdtemp(folder.data()) == nullptr)
     throw HarnessError("cannot make a folder for the guest, " + folder + ": " +
                        std::strerror(errno));

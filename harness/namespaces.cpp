@@ -6,8 +6,8 @@
 #include <charconv>
 #include <csignal>
 #include <cstring>
-#include <filesystem>
 #include <fcntl.h>
+#include <filesystem>
 #include <sched.h>
 #include <sys/stat.h>
 #include <sys/wait.h>
@@ -136,8 +136,8 @@ void Namespaces::make() {
         hardware_address(i), address_of(i));
     for (int j = 0; j < count(); ++j)
       if (j != i)
-        at_site += fmt::format("neigh replace {} lladdr {} dev eth0 nud permanent\n",
-                               address_of(j), hardware_address(j));
+        at_site += fmt::format("neigh replace {} lladdr {} dev eth0 nud permanent\n", address_of(j),
+                               hardware_address(j));
     must_run({"ip", "-batch", "-"}, sites_[i], at_site);
   }
 }

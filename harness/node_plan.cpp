@@ -11,8 +11,7 @@ namespace {
 }
 
 [[nodiscard]] bool sits_at_server(const core::Scene& scene, const core::UserParameters& user) {
-  return has_server(scene) &&
-         (user.local || scene.architecture == core::Architecture::kSingle);
+  return has_server(scene) && (user.local || scene.architecture == core::Architecture::kSingle);
 }
 
 void append(std::vector<std::string>& words, const std::vector<std::string>& more) {
@@ -56,10 +55,9 @@ std::vector<PlannedNode> plan_nodes(const core::Scene& scene, const NodePlan& pl
              {"--peer", scene.users[j].name + "=" + plan.address_of(static_cast<int>(j))});
   }
   for (std::size_t i = 0; i < nodes.size(); ++i) {
-    append(nodes[i].words,
-           {"--bind", plan.address_of(static_cast<int>(i)), "--seconds",
-            fmt::format("{}", plan.seconds), "--record", nodes[i].recording, "--json",
-            nodes[i].report_file});
+    append(nodes[i].words, {"--bind", plan.address_of(static_cast<int>(i)), "--seconds",
+                            fmt::format("{}", plan.seconds), "--record", nodes[i].recording,
+                            "--json", nodes[i].report_file});
     append(nodes[i].words, plan.more);
   }
   return nodes;

@@ -1,8 +1,8 @@
 #include "harness/qdisc_player.h"
 
 #include <algorithm>
-#include <condition_variable>
 #include <cmath>
+#include <condition_variable>
 #include <mutex>
 
 #include "core/clock.h"
@@ -56,27 +56,27 @@ std::vector<ConditionChange> changes_of(const Condition& condition, double secon
 QdiscPlayer::QdiscPlayer(const std::string& network, std::vector<ConditionChange> changes,
                          std::int64_t start_ns)
     : tc_({"tc", "-batch", "-"}, {.network = network, .environment = {}, .takes_input = true}) {
-  thread_ = std::jthread([this, changes = std::move(changes), start_ns](
-                             const std::stop_token& stop) {
-    // A little below the nodes' link threads: late by microseconds, not by a node's whole turn.
-    const core::RealtimeGrant grant = core::request_realtime({.priority = 60,
-                                                              .lock_memory = false,
-                                                              .cpu = {},
-                                                              .timer_slack_ns = 1,
-                                                              .hold_cpu_dma_latency = false});
-    std::mutex mutex;
-    std::condition_variable_any wake;
-    core::MonotonicClock clock;
-    for (const ConditionChange& change : changes) {
-      std::string line = "qdisc change dev eth0 root netem";
-      for (const std::string& word : change.netem_arguments) line += " " + word;
-      const std::int64_t due = start_ns + std::llround(1e9 * change.time);
-      std::unique_lock lock(mutex);
-      const std::chrono::steady_clock::time_point when{std::chrono::nanoseconds(due)};
-      if (clock.now_ns() < due) wake.wait_until(lock, stop, when, [] { return false; });
-      if (stop.stop_requested() || !tc_.write(line + "\n")) return;
-    }
-  });
+  thread_ =
+      std::jthread([this, changes = std::move(changes), start_ns](const std::stop_token& stop) {
+        // A little below the nodes' link threads: late by microseconds, not by a node's whole turn.
+        const core::RealtimeGrant grant = core::request_realtime({.priority = 60,
+                                                                  .lock_memory = false,
+                                                                  .cpu = {},
+                                                                  .timer_slack_ns = 1,
+                                                                  .hold_cpu_dma_latency = false});
+        std::mutex mutex;
+        std::condition_variable_any wake;
+        core::MonotonicClock clock;
+        for (const ConditionChange& change : changes) {
+          std::string line = "qdisc change dev eth0 root netem";
+          for (const std::string& word : change.netem_arguments) line += " " + word;
+          const std::int64_t due = start_ns + std::llround(1e9 * change.time);
+          std::unique_lock lock(mutex);
+          const std::chrono::steady_clock::time_point when{std::chrono::nanoseconds(due)};
+          if (clock.now_ns() < due) wake.wait_until(lock, stop, when, [] { return false; });
+          if (stop.stop_requested() || !tc_.write(line + "\n")) return;
+        }
+      });
 }
 
 QdiscPlayer::~QdiscPlayer() {

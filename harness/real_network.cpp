@@ -180,14 +180,16 @@ class RunningSession {
   std::vector<Started> nodes_;
 };
 
-std::vector<RealSession> run_sessions(const std::vector<Assignment>& assignments) {
+std::vector<RealSession> run_sessions(const std::vector<Assignment>& assignments,
+                                      double more_time) {
   stop_if_interrupted();
-  double lead = 0.5;
+  double lead = 0.5 + more_time;
   for (const Assignment& a : assignments) lead += time_to_start(a.request);
   const std::int64_t start_ns = core::MonotonicClock().now_ns() + std::llround(1e9 * lead);
   std::vector<std::unique_ptr<RunningSession>> sessions;
   for (const Assignment& a : assignments) {
-    // Ticks of different sessions are spread over the period, so that they wait less for each other.
+    // Ticks of different sessions are spread over the period, so that they wait less for each
+    // other.
     const double share = static_cast<double>(sessions.size()) /
                          static_cast<double>(assignments.size()) * a.request.scene.tick();
     sessions.push_back(std::make_unique<RunningSession>(*a.network, a.request,
@@ -212,9 +214,9 @@ std::vector<RealSession> run_sessions(const std::vector<Assignment>& assignments
 nlohmann::json RealNetwork::probe_once(const ProbeRequest& request, int bytes) {
   stop_if_interrupted();
   const std::string address = fmt::format("{}:{}", spaces_.address_of(1), kProbePort);
-  Child server({program_, "probe", "--serve", "--bind", address, "--priority",
-                inside_guest() ? "50" : "0"},
-               {.network = spaces_.name_of(1), .environment = {}, .takes_input = false});
+  Child server(
+      {program_, "probe", "--serve", "--bind", address, "--priority", inside_guest() ? "50" : "0"},
+      {.network = spaces_.name_of(1), .environment = {}, .takes_input = false});
   for (int i = 0; i < 100 && server.said().find("answering") == std::string::npos; ++i)
     if (!server.listen(50)) throw HarnessError("tandem probe --serve ended: " + server.said());
   Child client({program_, "probe", address, "--rate", fmt::format("{}", request.rate_hz),
@@ -253,8 +255,8 @@ SeenDirection RealNetwork::probe(const Condition& condition, const ProbeRequest&
   direction.lost = seen["lost"];
   direction.duplicates = seen["duplicates"];
   direction.reordered = seen["reordered"];
-  direction.delay_p50 = p50(seen) - 0.5 * clear_p50_;
-  direction.delay_mean = seen["mean_round_trip_s"].get<double>() - 0.5 * clear_mean_;
+  direction.delay_p50 = p50(seen) - clear_p50_;
+  direction.delay_mean = seen["mean_round_trip_s"].get<double>() - clear_mean_;
   direction.delay_sd = seen["rms_jitter_s"];
   if (condition.rate_bit_per_s > 0.0) {
     // One packet at a time, so that none waits for another: the longer ones take longer on the way

@@ -40,9 +40,9 @@ struct SessionRequest {
 /// What `tandem probe` saw in one direction, the other one clear.
 struct SeenDirection {
   std::int64_t sent = 0, lost = 0, duplicates = 0, reordered = 0;
-  double delay_p50 = 0.0;   ///< round trip less half that of a clear network [s]
-  double delay_mean = 0.0;  ///< the same of the mean [s]
-  double delay_sd = 0.0;    ///< of the round trip [s]
+  double delay_p50 = 0.0;       ///< round trip less that of a clear network: what was added [s]
+  double delay_mean = 0.0;      ///< the same of the mean [s]
+  double delay_sd = 0.0;        ///< of the round trip [s]
   double rate_bit_per_s = 0.0;  ///< of the line, from two sizes of datagram; 0: not limited
 };
 
@@ -81,7 +81,9 @@ struct Assignment {
   RealNetwork* network = nullptr;
   SessionRequest request;
 };
-[[nodiscard]] std::vector<RealSession> run_sessions(const std::vector<Assignment>& assignments);
+/// `more_time` is added to the time that nodes have until slot 0 is due [s].
+[[nodiscard]] std::vector<RealSession> run_sessions(const std::vector<Assignment>& assignments,
+                                                    double more_time = 0.0);
 
 /// The condition on a site's way out: `there` leads from lower to higher users and from a server,
 /// `back` the other way; with more than two sites both are the same.

@@ -21,7 +21,7 @@ using analysis::SweepRow;
 using analysis::SweepWork;
 using nlohmann::ordered_json;
 
-struct Arguments {
+struct SweepArguments {
   AnalyzeOptions common;
   SweepOptions sweep;
   std::vector<std::string> axes;
@@ -50,11 +50,12 @@ struct Wanted {
 double delay_left(AnalyzedScene s, double packets) {
   const double N = s.scene.ticks_per_packet();
   const int now = static_cast<int>(std::ceil(packets * N - 1e-9));
-  for (int more = 0; more <= 20 * N; ++more) {
+  const int last = static_cast<int>(20.0 * N);
+  for (int more = 0; more <= last; ++more) {
     s.network.set_round_trip((now + more) / N, N);
     if (!analysis::judge(s.lift()).stable()) return more - 1;
   }
-  return 20.0 * N;
+  return last;
 }
 
 /// The factor all stiffnesses of couplers may be multiplied with, from one up to the first boundary
@@ -98,7 +99,7 @@ void find_out(const AnalyzedScene& s, double packets, const Wanted& wanted, Swee
   row.push_back(growth < 1.0 ? stiffness_left(s) : 0.0);
 }
 
-Wanted wanted_of(const Arguments& a, const core::Scene& scene) {
+Wanted wanted_of(const SweepArguments& a, const core::Scene& scene) {
   Wanted wanted;
   for (const std::string& what : a.report) {
     wanted.felt = wanted.felt || what == "felt";
@@ -113,7 +114,7 @@ Wanted wanted_of(const Arguments& a, const core::Scene& scene) {
   return wanted;
 }
 
-void tell(const Arguments& a, const SweepGrid& grid, const AnalyzedScene& first,
+void tell(const SweepArguments& a, const SweepGrid& grid, const AnalyzedScene& first,
           const Wanted& wanted, const std::vector<SweepRow>& rows, std::int64_t block) {
   const std::vector<std::string> columns = wanted.columns();
   const auto points = static_cast<std::int64_t>(grid.count());
@@ -184,7 +185,7 @@ void tell(const Arguments& a, const SweepGrid& grid, const AnalyzedScene& first,
                     check.differ, check.points));
 }
 
-void run(const Arguments& a) {
+void run(const SweepArguments& a) {
   const AnalyzedScene base = a.common.load();
   const core::Scene scene = a.common.scene.load();
   std::vector<SweepAxis> axes;
@@ -250,7 +251,7 @@ void run(const Arguments& a) {
 void add_analyze_sweep(CLI::App& analyze) {
   CLI::App* command = analyze.add_subcommand(
       "sweep", "growth, what is felt and margins at every point of a grid of any dimension");
-  auto a = std::make_shared<Arguments>();
+  auto a = std::make_shared<SweepArguments>();
   a->common.add(*command);
   command
       ->add_option("--axis", a->axes,

@@ -27,8 +27,8 @@ AnalyzedScene analyzed(const core::Scene& scene) {
 constexpr double kGrows = 1.0 + 1e-6;
 
 double growth(AnalyzedScene s, int ticks) {
-  const int N = s.scene.ticks_per_packet();
-  s.network.set_round_trip(static_cast<double>(ticks) / N, N);
+  const double N = s.scene.ticks_per_packet();
+  s.network.set_round_trip(ticks / N, N);
   return analysis::judge(s.lift()).radius;
 }
 
@@ -159,7 +159,7 @@ node::StabilityPrediction predict_stability(const core::Scene& scene) {
   try {
     const AnalyzedScene s = analyzed(scene);
     const double without = growth(s, 0);
-    const int N = s.scene.ticks_per_packet();
+    const int N = static_cast<int>(std::ceil(s.scene.ticks_per_packet()));
     const bool network = s.scene.architecture != core::Architecture::kSingle;
     const int look = !network ? 0 : s.scene.space == core::Space::kAxis ? 8 * N : 4 * N;
     int ticks = 0;

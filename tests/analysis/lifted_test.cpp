@@ -38,7 +38,7 @@ TEST(Lifted, TheRouthTestOfTwoSitesHasTheSignOfTheSpectralRadius) {
     const auto fast = TwoSites::of(s.scene, s.network);
     ASSERT_TRUE(fast.has_value()) << s.about;
     const double rho = judge(resampled_system(s.scene, s.network)).radius;
-    const double margin = fast->margin(s.scene);
+    const double margin = fast->margin(s.scene).margin;
     stable += rho < 1.0 ? 1 : 0;
     if (std::abs(margin) < 1e-9) continue;
     EXPECT_EQ(margin > 0.0, rho < 1.0) << i << ": " << s.about << " rho " << rho << " " << margin;

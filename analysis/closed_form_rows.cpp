@@ -70,7 +70,7 @@ ClosedFormRow row(const Scene& scene, double round_trip, const std::string& name
   out.direct = sampled_damping(assumed, n, model);
   out.here = sampled_damping(scene, round_trip, model);
   if (scene.ticks_per_packet() != 2)
-    out.outside.push_back("N is " + std::to_string(scene.ticks_per_packet()));
+    out.outside.push_back("N is " + text_of(scene.ticks_per_packet()));
   if (!any_delay && round_trip != n)
     out.outside.push_back("the round trip is " + text_of(round_trip) + " packets");
   if (scene.objects[0].compensation != 0.0)

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <optional>
 
@@ -34,16 +35,16 @@ struct Drag {
 
 namespace detail {
 
-/// Runs `loop` until `value(loop)`, taken over one packet period, changes by less than one part in
-/// 10^11, or of `least` if that is more, over three checks of 128 periods each; empty if it never
-/// does or leaves all bounds.
+/// Runs `loop` until `value(loop)`, taken over one repeat of its packet ticks, changes by less than
+/// one part in 10^11, or of `least` if that is more, over three checks of 128 periods each; empty
+/// if it never does or leaves all bounds.
 template <typename Loop, typename Value>
 [[nodiscard]] std::optional<double> settled(Loop& loop, Value&& value, double least,
                                             double max_seconds) {
   double previous = std::numeric_limits<double>::quiet_NaN();
   int steady = 0;
   while (loop.time() < max_seconds) {
-    for (int i = 0; i < 128; ++i) loop.advance_packet_period();
+    for (std::int64_t k = 0; k < 128; k += loop.packet_slots().packets) loop.advance_repeat();
     const double now = value(loop);
     if (!std::isfinite(now) || std::abs(now) > 1e9) return std::nullopt;
     const double tolerance = 1e-11 * std::max(std::abs(now), least);
@@ -57,18 +58,20 @@ template <typename Loop, typename Value>
 }  // namespace detail
 
 /// Viscous drag felt in free motion (6.2): constant force on the hand, mean velocity over the last
-/// packet period once settled. Where the drag is not positive there is no steady state, and the
-/// motion is prescribed instead and the mean force divided by the velocity.
+/// repeat of the packet ticks (a packet period where the ratio of the rates is whole) once settled.
+/// Where the drag is not positive there is no steady state, and the motion is prescribed instead
+/// and the mean force divided by the velocity.
 template <typename Loop>
 [[nodiscard]] Drag measure_drag(const Loop& at_rest, int user, double T) {
   constexpr double kForce = 1.0, kVelocity = 0.1;  // the loop is linear: the sizes do not matter
-  const double period = at_rest.ticks_per_packet() * T;
+  const std::int64_t ticks = at_rest.packet_slots().ticks;  // of a repeat: every packet period
+  const double period = static_cast<double>(ticks) * T;     // where the ratio is whole
 
   Loop pushed = at_rest;
   pushed.hands().finger(user, 0).set_external_force(kForce);
   const auto mean_velocity = [&](Loop& loop) {
     const double before = loop.hands().finger(user, 0).position();
-    loop.advance_packet_period();
+    loop.advance_repeat();
     return (loop.hands().finger(user, 0).position() - before) / period;
   };
   Drag drag;
@@ -82,11 +85,11 @@ template <typename Loop>
   led.hands().finger(user, 0).prescribe_velocity(kVelocity);
   const auto mean_force = [&](Loop& loop) {
     double sum = 0.0;
-    for (int k = 0; k < loop.ticks_per_packet(); ++k) {
+    for (std::int64_t k = 0; k < ticks; ++k) {
       loop.tick();
       sum -= loop.output(user).forces[0];
     }
-    return sum / loop.ticks_per_packet();
+    return sum / static_cast<double>(ticks);
   };
   drag.prescribed = true;
   // The rounding of metres times a stiffness is some 1e-12 N, and all there is without drag.

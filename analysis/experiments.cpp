@@ -104,7 +104,7 @@ NetForce carry(const Scene& scene) {
     while (loop.time() < end) {
       loop.tick();
       const double force = loop.user_wrench(0, 0).force.y;
-      if (loop.slot() % loop.ticks_per_packet() == 0) net.samples.push_back(force);
+      if (loop.packet_slots().sends(loop.slot())) net.samples.push_back(force);
       if (loop.time() < 5.0) continue;
       sum += force * force;
       ++n;

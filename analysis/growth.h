@@ -1,9 +1,11 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -20,6 +22,8 @@ struct GrowthOptions {
   /// only near rest, as a planar loop with attached couplers is.
   double amplitude = 1.0;
 };
+
+inline constexpr int kLeastRepeats = 40, kMostPackets = 20000;
 
 struct Growth {
   /// Factor by which a deviation grows in a packet period; infinite where one period takes a
@@ -86,7 +90,7 @@ template <typename Loop>
   for (Symmetry& s : candidate_symmetries(entries, reference)) {
     Loop moved = at_rest;
     detail::set_deviation(moved, reference, s.direction, amplitude);
-    moved.advance_packet_period();
+    moved.advance_repeat();
     std::vector<double> after(entries.size());
     detail::get_deviation(moved, reference, after, amplitude);
     for (std::size_t i = 0; i < after.size(); ++i) after[i] -= s.direction[i];
@@ -117,7 +121,7 @@ template <typename Loop>
   if (drift.pivot == entries.size()) return std::nullopt;
   const auto advance = [&](std::vector<double> d) {
     detail::set_deviation(loop, reference, d, amplitude);
-    loop.advance_packet_period();
+    loop.advance_repeat();
     detail::get_deviation(loop, reference, d, amplitude);
     remove(translation, d);
     return d;
@@ -133,11 +137,19 @@ template <typename Loop>
 /// How fast a deviation from rest grows, measured on the running loop: a seeded random deviation of
 /// every state, packets in flight included; after each packet period the common motions are
 /// subtracted and the rest is scaled to norm one, the logarithm of the scale summed up. The answer
-/// is exp of the least-squares slope of that sum over periods fit_from .. periods.
-/// Throws std::invalid_argument where packets have fates of their own (jitter, loss).
+/// is exp of the least-squares slope of that sum over periods fit_from .. periods. Where the ratio
+/// of the rates is not whole, this is done after each repeat of the packet ticks, and the answer is
+/// the geometric mean over the packets in it.
+/// Throws std::invalid_argument where packets have fates of their own (jitter, loss), and where the
+/// packet ticks repeat only after more than kMostPackets.
 /// `loop` must be at rest; it is run 64 periods first so that its links are full.
 template <typename Loop>
 [[nodiscard]] Growth measure_growth(Loop loop, const GrowthOptions& options) {
+  if (loop.packet_slots().packets > kMostPackets)
+    throw std::invalid_argument(
+        "growth: packet ticks repeat only after " + std::to_string(loop.packet_slots().packets) +
+        " packets, which is too long to measure over (at most " + std::to_string(kMostPackets) +
+        "); choose rates with a simpler ratio");
   for (int i = 0; i < 64; ++i) loop.advance_packet_period();
   std::vector<double> reference;
   for (const StateEntry& e : states_of(loop)) reference.push_back(*e.value);
@@ -159,7 +171,11 @@ template <typename Loop>
   for (const Symmetry& s : symmetries) growth.removed.push_back(s.name);
   double sum = 0.0;
   double n = 0.0, mean_x = 0.0, mean_y = 0.0, sxx = 0.0, sxy = 0.0;
-  for (int period = 0; period <= options.periods; ++period) {
+  const int packets = static_cast<int>(loop.packet_slots().packets);
+  const int periods =
+      packets == 1 ? options.periods : std::max(options.periods / packets, kLeastRepeats);
+  const int fit_from = packets == 1 ? options.fit_from : periods / 2;
+  for (int period = 0; period <= periods; ++period) {
     for (const Symmetry& s : symmetries) remove(s, d);
     const double norm = detail::norm_of(d);
     if (norm == 0.0) return growth;  // everything died out: growth 0
@@ -169,7 +185,7 @@ template <typename Loop>
     }
     sum += std::log(norm);
     for (double& x : d) x /= norm;
-    if (period >= options.fit_from) {  // running least squares (Welford)
+    if (period >= fit_from) {  // running least squares (Welford)
       n += 1.0;
       const double dx = period - mean_x;
       mean_x += dx / n;
@@ -178,10 +194,10 @@ template <typename Loop>
       sxy += dx * (sum - mean_y);
     }
     detail::set_deviation(loop, reference, d, options.amplitude);
-    loop.advance_packet_period();
+    loop.advance_repeat();
     detail::get_deviation(loop, reference, d, options.amplitude);
   }
-  growth.per_packet = std::exp(sxy / sxx);
+  growth.per_packet = std::exp(sxy / sxx / packets);
   return growth;
 }
 

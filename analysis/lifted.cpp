@@ -5,9 +5,7 @@
 #include <limits>
 #include <stdexcept>
 
-#include "analysis/growth.h"
 #include "analysis/linearised_grasp.h"
-#include "analysis/with_loop.h"
 
 namespace tandem::analysis {
 
@@ -182,88 +180,7 @@ bool deflate_uniform_motion(const LiftedSystem& system, const Part& whole, Part&
   return true;
 }
 
-template <typename Loop>
-LiftedSystem measure(Loop loop, const core::Scene& scene, double amplitude) {
-  for (int i = 0; i < 64; ++i) loop.advance_packet_period();
-  std::vector<double> reference;
-  for (const StateEntry& e : states_of(loop)) reference.push_back(*e.value);
-  const int n = static_cast<int>(reference.size());
-
-  LiftedSystem system;
-  system.period = loop.ticks_per_packet() * scene.tick();
-  system.transition = Matrix(n, n);
-  const auto run = [&](const std::vector<double>& d, double size) {
-    detail::set_deviation(loop, reference, d, size);
-    loop.advance_packet_period();
-    std::vector<double> after(n);
-    detail::get_deviation(loop, reference, after, size);
-    return after;
-  };
-  // The rest moves where a wall pushes it: what a deviation adds to that is the map.
-  const std::vector<double> rest = run(std::vector<double>(n, 0.0), 1.0);
-  const auto linear = [&](const std::vector<double>& d) {
-    std::vector<double> y = run(d, amplitude);
-    if (amplitude == 1.0) {
-      for (int i = 0; i < n; ++i) y[i] -= rest[i];
-      return y;
-    }
-    const std::vector<double> back = run(d, -amplitude);  // central difference
-    for (int i = 0; i < n; ++i) y[i] = 0.5 * (y[i] + back[i]);
-    return y;
-  };
-  std::vector<double> unit(n, 0.0);
-  for (int j = 0; j < n; ++j) {
-    unit[j] = 1.0;
-    const std::vector<double> column = linear(unit);
-    for (int i = 0; i < n; ++i) system.transition(i, j) = column[i];
-    unit[j] = 0.0;
-  }
-
-  // Superposition, on one seeded deviation: a threshold or a saturation shows here.
-  core::Random random(1);
-  std::vector<double> d(n);
-  for (double& x : d) x = random.uniform(-1.0, 1.0);
-  const std::vector<double> whole = linear(d), sum = multiply(system.transition, d);
-  for (int i = 0; i < n; ++i) {
-    double sizes = 1.0;
-    for (int j = 0; j < n; ++j) sizes += std::abs(system.transition(i, j) * d[j]);
-    if (std::isfinite(whole[i]) && !(std::abs(whole[i] - sum[i]) <= 1e-4 * sizes))
-      throw std::domain_error(
-          "the scene is not linear: the effect of two deviations is not the sum of their effects");
-  }
-
-  detail::set_deviation(loop, reference, std::vector<double>(n, 0.0), 1.0);
-  const auto entries = states_of(loop);
-  for (const StateEntry& e : entries)
-    system.velocities.push_back(e.kind == StateKind::kVelocity ? 1.0 : 0.0);
-  if (amplitude == 1.0) {
-    system.symmetries = candidate_symmetries(entries, reference);
-  } else {
-    system.symmetries = kept_symmetries(loop, reference, amplitude);
-    system.tolerance = 1e-4;  // found by a finite difference
-  }
-
-  int index = 0;
-  constexpr int kComponents = core::kComponents<typename Loop::Vector>;
-  for (int u = 0; u < loop.user_count(); ++u)
-    for (int f = 0; f < loop.hands().count(u); ++f) {
-      for (int c = 0; c < kComponents; ++c) {
-        ForcePort port{scene.users[u].name + "." + scene.users[u].fingers[f].name,
-                       {},
-                       index + c,
-                       index + kComponents + c};
-        typename Loop::Vector force{0.0};
-        core::component(force, c) = amplitude;
-        loop.hands().finger(u, f).set_external_force(force);
-        port.push = run(std::vector<double>(n, 0.0), amplitude);
-        loop.hands().finger(u, f).set_external_force(typename Loop::Vector{0.0});
-        for (int i = 0; i < n; ++i) port.push[i] -= rest[i] / amplitude;
-        system.ports.push_back(std::move(port));
-      }
-      index += 2 * kComponents;
-    }
-  return system;
-}
+}  // namespace
 
 bool has_spring_to_ground(const core::Scene& scene) {
   if (!scene.walls.empty()) return true;
@@ -272,8 +189,6 @@ bool has_spring_to_ground(const core::Scene& scene) {
       if (finger.hand.stiffness > 0.0) return true;
   return false;
 }
-
-}  // namespace
 
 LinearScene linear_scene(const core::Scene& given) {
   LinearScene out{given, {}};
@@ -321,24 +236,6 @@ LinearScene linear_scene(const core::Scene& given) {
   return out;
 }
 
-LiftedSystem measured_system(const core::Scene& scene, const core::NetworkModel& network) {
-  LiftedSystem system;
-  switch (scene.space) {
-    case core::Space::kAxis:
-      system = with_loop_of<core::AxisWorld>(scene, network,
-                                             [&](auto& loop) { return measure(loop, scene, 1.0); });
-      break;
-    case core::Space::kPlane:
-      system = with_loop_of<core::PlaneWorld>(
-          scene, network, [&](auto& loop) { return measure(loop, scene, 1e-6); });
-      break;
-    case core::Space::kSpace:
-      throw std::domain_error("field space: SPACE has no linear analysis; AXIS and PLANE have");
-  }
-  system.grounded = has_spring_to_ground(scene);
-  return system;
-}
-
 Judgement judge(const LiftedSystem& system) {
   Judgement out;
   if (!all_finite(system.transition)) {
@@ -374,8 +271,8 @@ Judgement judge(const LiftedSystem& system) {
   std::stable_sort(out.eigenvalues.begin(), out.eigenvalues.end(),
                    [](const auto& a, const auto& b) { return std::abs(a) > std::abs(b); });
   const double largest = out.eigenvalues.empty() ? 0.0 : std::abs(out.eigenvalues.front());
-  out.log2_radius = std::log2(largest) + system.scale;
-  out.radius = system.scale == 0.0 ? largest : std::exp2(out.log2_radius);
+  out.log2_radius = (std::log2(largest) + system.scale) / system.packets;
+  out.radius = system.scale == 0.0 && system.packets == 1 ? largest : std::exp2(out.log2_radius);
   return out;
 }
 

@@ -46,6 +46,17 @@ std::vector<double> multiply(const Matrix& a, const std::vector<double>& x) {
   return y;
 }
 
+Matrix product(const Matrix& a, const Matrix& b) {
+  Matrix c(a.rows, b.cols);
+  for (int i = 0; i < a.rows; ++i)
+    for (int k = 0; k < a.cols; ++k) {
+      const double x = a(i, k);
+      if (x == 0.0) continue;
+      for (int j = 0; j < b.cols; ++j) c(i, j) += x * b(k, j);
+    }
+  return c;
+}
+
 bool all_finite(const Matrix& a) {
   return std::all_of(a.values.begin(), a.values.end(), [](double x) { return std::isfinite(x); });
 }

@@ -22,6 +22,7 @@ struct Matrix {
 };
 
 [[nodiscard]] std::vector<double> multiply(const Matrix& a, const std::vector<double>& x);
+[[nodiscard]] Matrix product(const Matrix& a, const Matrix& b);
 [[nodiscard]] bool all_finite(const Matrix& a);
 
 /// Eigenvalues of a square matrix, balanced first by powers of two so that the units of its states

@@ -49,8 +49,8 @@ double closed_form(const Case& c, const std::string& name) {
   if (name == "held damping limit")
     return held_damping_limit(
         s.users[drag_user(s)].mass, period,
-        static_cast<int>(c.network.link[core::NetworkModel::kServer][drag_user(s)].delay_ticks) /
-            s.ticks_per_packet());
+        static_cast<int>(c.network.link[core::NetworkModel::kServer][drag_user(s)].delay_ticks /
+                         s.ticks_per_packet()));
   const double reduced = s.users[0].mass * mass / (s.users[0].mass + mass);
   if (name == "reduced mass") return reduced;
   if (name == "largest damping") return 2.0 * reduced / T;
@@ -99,6 +99,7 @@ void response(const std::vector<std::string>& f, const Case& c, CheckRow& row) {
 
 Judgement judged(Case c, const std::string& model, bool on_loop) {
   apply_model(c.scene, model);
+  if (model == "own timer") c.network.packet_timer = core::PacketTimer::kOwn;
   return judge(!on_loop && why_not_resampled(c.scene, c.network).empty()
                    ? resampled_system(c.scene, c.network)
                    : measured_system(c.scene, c.network));

@@ -12,17 +12,6 @@ namespace {
 
 using core::Scene;
 
-Matrix product(const Matrix& a, const Matrix& b) {
-  Matrix c(a.rows, b.cols);
-  for (int i = 0; i < a.rows; ++i)
-    for (int k = 0; k < a.cols; ++k) {
-      const double x = a(i, k);
-      if (x == 0.0) continue;
-      for (int j = 0; j < b.cols; ++j) c(i, j) += x * b(k, j);
-    }
-  return c;
-}
-
 Matrix identity(int n) {
   Matrix m(n, n);
   for (int i = 0; i < n; ++i) m(i, i) = 1.0;
@@ -203,6 +192,7 @@ std::string why_not_resampled(const Scene& scene, const core::NetworkModel& netw
   if (central && scene.rates.latency_ticks > 0) return "computation delay inside a server's reply";
   for (const int phase : network.phase_ticks)
     if (phase != 0) return "packets leave at different phases";
+  if (scene.packet_slots().packets != 1) return "packet periods differ in ticks";
   return {};
 }
 

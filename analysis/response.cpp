@@ -1,7 +1,9 @@
 #include "analysis/response.h"
 
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
+#include <string>
 #include <utility>
 
 namespace tandem::analysis {
@@ -72,7 +74,65 @@ double equivalent_stiffness(const LiftedSystem& system, const ForcePort& port) {
   return 1.0 / solve(a, p.push)[p.position];
 }
 
+namespace {
+
+using Complex = std::complex<double>;
+
+std::vector<Complex> step(const PacketPeriod& period, int port, const std::vector<Complex>& x,
+                          Complex force) {
+  std::vector<Complex> y(static_cast<std::size_t>(period.map.rows));
+  for (int i = 0; i < period.map.rows; ++i) {
+    y[i] = period.push[port][i] * force;
+    for (int j = 0; j < period.map.cols; ++j) y[i] += period.map(i, j) * x[j];
+  }
+  return y;
+}
+
+/// The state X e^{jwt} carried through a repeat of packet periods of different length.
+Complex admittance_over_repeat(const LiftedSystem& system, int p, double omega, bool of_position) {
+  const ForcePort& port = system.ports[p];
+  std::int64_t ticks = 0;
+  for (const int k : system.order) ticks += system.periods[k].ticks;
+  const double T = system.period / static_cast<double>(ticks);
+  const auto carry = [&](std::vector<Complex> x, auto&& use) {
+    std::int64_t tick = 0;
+    for (const int k : system.order) {
+      const Complex phase = std::polar(1.0, omega * T * static_cast<double>(tick));
+      use(x, phase);
+      x = step(system.periods[k], p, x, phase);
+      tick += system.periods[k].ticks;
+    }
+    return x;
+  };
+  const std::size_t n = static_cast<std::size_t>(system.states());
+  const auto none = [](const std::vector<Complex>&, Complex) {};
+  const std::vector<Complex> forced = carry(std::vector<Complex>(n), none);
+  std::vector<double> real(n), imaginary(n);
+  for (std::size_t i = 0; i < n; ++i) real[i] = forced[i].real(), imaginary[i] = forced[i].imag();
+  const Complex z = std::polar(1.0, omega * system.period);
+  const auto a = solve_shifted(system.transition, z, real);
+  const auto b = solve_shifted(system.transition, z, imaginary);
+  std::vector<Complex> x(n);
+  for (std::size_t i = 0; i < n; ++i) x[i] = a[i] + Complex(0.0, 1.0) * b[i];
+  Complex sum = 0.0;
+  const int at = of_position ? port.position : port.velocity;
+  carry(x, [&](const std::vector<Complex>& now, Complex phase) { sum += now[at] / phase; });
+  return sum / static_cast<double>(system.packets);
+}
+
+}  // namespace
+
 Response::Response(const LiftedSystem& system, const ForcePort& port) : period_(system.period) {
+  if (system.packets > 1) {
+    if (system.order.empty())
+      throw std::domain_error("no frequency response: the packet ticks repeat only after " +
+                              std::to_string(system.packets) + " packets");
+    repeat_ = system;
+    const int count = static_cast<int>(system.ports.size());
+    while (port_ < count && system.ports[port_].name != port.name) ++port_;
+    if (port_ == count) throw std::domain_error("no port " + port.name + " in the measured map");
+    return;
+  }
   Piece p = piece_of(system, port);
   map_ = std::move(p.m);
   push_ = std::move(p.push);
@@ -81,6 +141,7 @@ Response::Response(const LiftedSystem& system, const ForcePort& port) : period_(
 }
 
 std::complex<double> Response::operator()(double omega, bool of_position) const {
+  if (repeat_.packets > 1) return admittance_over_repeat(repeat_, port_, omega, of_position);
   const auto x = solve_shifted(map_, std::polar(1.0, omega * period_), push_);
   return x[of_position ? position_ : velocity_];
 }

@@ -9,9 +9,10 @@ namespace tandem::analysis {
 
 /// Slow free motion: F = (damping) v + (inertia) dv/dt.
 struct FreeMotion {
-  double mean_damping = 0.0;     ///< against the mean velocity over a packet period [N s/m]
-  double sampled_damping = 0.0;  ///< against the velocity at packet instants, thesis (6.2) [N s/m]
-  double inertia = 0.0;          ///< second order of the same expansion [kg]
+  double mean_damping = 0.0;  ///< against the mean velocity over a packet period [N s/m]
+  /// Against the velocity at packet instants, thesis (6.2); at the first of a repeat [N s/m].
+  double sampled_damping = 0.0;
+  double inertia = 0.0;  ///< second order of the same expansion [kg]
 };
 
 /// (6.2) by a bordered solve: the periodic solution that moves on by T_t a period under a constant
@@ -27,7 +28,8 @@ class Response {
  public:
   Response(const LiftedSystem& system, const ForcePort& port);
   /// V/F at `omega` [rad/s], force held over and velocity sampled once a packet period; X/F with
-  /// `of_position`.
+  /// `of_position`. Where packet periods differ in length the answer to e^{jwt} has side bands;
+  /// this is its part at omega itself, the mean of v(t_k) e^{-jw t_k} over a repeat.
   [[nodiscard]] std::complex<double> operator()(double omega, bool of_position = false) const;
 
  private:
@@ -35,6 +37,8 @@ class Response {
   std::vector<double> push_;
   int position_ = 0, velocity_ = 0;
   double period_ = 0.0;
+  LiftedSystem repeat_;  ///< where packet periods differ; else empty
+  int port_ = 0;         ///< its place in there
 };
 
 /// One value of a Response.

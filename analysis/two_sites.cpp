@@ -249,7 +249,9 @@ std::optional<TwoSites> TwoSites::of(const core::Scene& scene, const core::Netwo
     if (!wall.attached || wall.touches_fingers) return std::nullopt;
   for (const int phase : network.phase_ticks)
     if (phase != 0) return std::nullopt;
-  out.N_ = scene.ticks_per_packet();
+  const core::PacketSlots slots = scene.packet_slots();
+  if (slots.packets != 1) return std::nullopt;
+  out.N_ = static_cast<int>(slots.ticks);
   out.T_ = scene.tick();
   out.walls_ = !scene.walls.empty();
   out.central_ = scene.architecture == Architecture::kCentral;

@@ -128,7 +128,7 @@ class Builder {
  public:
   Builder(const Scene& scene, const core::NetworkModel& network)
       : scene_(scene), network_(network) {
-    out_.ticks = scene.ticks_per_packet();
+    out_.ticks = static_cast<int>(scene.packet_slots().ticks);
     out_.tick = scene.tick();
     if (is_central(scene))
       build_central();

@@ -26,14 +26,15 @@ class CentralLoop {
   explicit CentralLoop(const core::Scene& scene, const core::NetworkModel& network = {})
       : users_(static_cast<int>(scene.users.size())),
         T_(scene.tick()),
-        ticks_per_packet_(scene.ticks_per_packet()),
+        slots_(scene.packet_slots()),
         hands_(scene),
         server_(scene) {
     constexpr int kServer = core::NetworkModel::kServer;
-    next_packet_[kServer] = network.phase_ticks[kServer];
+    slots_.timer = network.packet_timer;
+    packet_ticks_[kServer] = core::PacketTicks(slots_, network.phase_ticks[kServer]);
     for (int u = 0; u < users_; ++u) {
       clients_.emplace_back(scene, u);
-      next_packet_[u] = network.phase_ticks[u];
+      packet_ticks_[u] = core::PacketTicks(slots_, network.phase_ticks[u]);
       up_.emplace_back(network.link[u][kServer]);
       down_.emplace_back(network.link[kServer][u]);
     }
@@ -50,22 +51,18 @@ class CentralLoop {
         continue;
       }
       const Site& site = clients_[u].observe(sample_);
-      if (slot_ == next_packet_[u]) {
-        up_[u].push(site, slot_);
-        next_packet_[u] += ticks_per_packet_;
-      }
+      if (packet_ticks_[u].due(slot_)) up_[u].push(site, slot_, packet_ticks_[u].late());
       inputs.fresh[u] = up_[u].receive(slot_);
       inputs.age[u] = static_cast<double>(up_[u].age(slot_)) * T_;
     }
     server_.tick(slot_, inputs);
-    std::int64_t& next_reply = next_packet_[core::NetworkModel::kServer];
-    const bool replies = slot_ == next_reply;
-    if (replies) next_reply += ticks_per_packet_;
+    core::PacketTicks& reply_ticks = packet_ticks_[core::NetworkModel::kServer];
+    const bool replies = reply_ticks.due(slot_);
     for (int u = 0; u < users_; ++u) {
       if (server_.is_local(u)) {
         outputs_[u] = server_.output(u);
       } else {
-        if (replies) down_[u].push(server_.reply(u), slot_);
+        if (replies) down_[u].push(server_.reply(u), slot_, reply_ticks.late());
         outputs_[u] = clients_[u].tick(slot_, down_[u].receive(slot_));
       }
       hands_.step(u, outputs_[u], slot_);
@@ -74,7 +71,11 @@ class CentralLoop {
   }
 
   void advance_packet_period() noexcept {
-    for (int k = 0; k < ticks_per_packet_; ++k) tick();
+    for (std::int64_t k = slots_.period_from(slot_); k > 0; --k) tick();
+  }
+  /// Until the pattern of packet ticks begins again: a packet period where the ratio is whole.
+  void advance_repeat() noexcept {
+    for (std::int64_t k = 0; k < slots_.ticks; ++k) tick();
   }
 
   /// The states in order: hands, server, held forces, packets in flight.
@@ -91,10 +92,21 @@ class CentralLoop {
     }
   }
 
+  /// Visits every directed link that packets take: from and to as in core::NetworkModel, receiving
+  /// end.
+  template <typename Visitor>
+  void visit_links(Visitor&& visitor) {
+    for (int u = 0; u < users_; ++u) {
+      if (server_.is_local(u)) continue;
+      visitor(u, core::NetworkModel::kServer, up_[u]);
+      visitor(core::NetworkModel::kServer, u, down_[u]);
+    }
+  }
+
   [[nodiscard]] std::int64_t slot() const noexcept { return slot_; }
   [[nodiscard]] double time() const noexcept { return static_cast<double>(slot_) * T_; }
   [[nodiscard]] int user_count() const noexcept { return users_; }
-  [[nodiscard]] int ticks_per_packet() const noexcept { return ticks_per_packet_; }
+  [[nodiscard]] const core::PacketSlots& packet_slots() const noexcept { return slots_; }
   [[nodiscard]] core::Hands<Vector>& hands() noexcept { return hands_; }
   [[nodiscard]] const core::Hands<Vector>& hands() const noexcept { return hands_; }
   [[nodiscard]] const Server& server() const noexcept { return server_; }
@@ -123,8 +135,8 @@ class CentralLoop {
  private:
   int users_ = 0;
   double T_ = 0.0;
-  int ticks_per_packet_ = 1;
-  std::array<std::int64_t, core::kMaxUsers + 1> next_packet_{};
+  core::PacketSlots slots_;
+  std::array<core::PacketTicks, core::kMaxUsers + 1> packet_ticks_{};
   std::int64_t slot_ = 0;
   core::Hands<Vector> hands_;
   Server server_;

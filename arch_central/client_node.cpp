@@ -114,6 +114,7 @@ node::NodeReport run_client(const ClientOptions& options) {
   setup.options = options.node;
   setup.exchange.own_sender = joined.user_index;
   setup.exchange.packet_hz = setup.scene.rates.packet_hz;
+  setup.exchange.local_hz = setup.scene.rates.local_hz;
   setup.peers = {core::kServerSender};
   node::tell_address(setup, link);
 

@@ -169,6 +169,7 @@ node::NodeReport run_server(const core::Scene& given, const node::NodeOptions& o
   setup.options = options;
   setup.exchange.own_sender = core::kServerSender;
   setup.exchange.packet_hz = scene.rates.packet_hz;
+  setup.exchange.local_hz = scene.rates.local_hz;
   for (std::size_t u = 0; u < scene.users.size(); ++u)
     if (!scene.users[u].local) setup.peers.push_back(static_cast<std::uint32_t>(u));
 

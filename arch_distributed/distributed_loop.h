@@ -23,11 +23,12 @@ class DistributedLoop {
   explicit DistributedLoop(const core::Scene& scene, const core::NetworkModel& network = {})
       : users_(static_cast<int>(scene.users.size())),
         T_(scene.tick()),
-        ticks_per_packet_(scene.ticks_per_packet()),
+        slots_(scene.packet_slots()),
         hands_(scene) {
+    slots_.timer = network.packet_timer;
     for (int i = 0; i < users_; ++i) {
       laws_.emplace_back(scene, i);
-      next_packet_[i] = network.phase_ticks[i];
+      packet_ticks_[i] = core::PacketTicks(slots_, network.phase_ticks[i]);
       for (int j = 0; j < users_; ++j) ports_.emplace_back(network.link[i][j]);
     }
     outputs_.resize(laws_.size());
@@ -39,10 +40,9 @@ class DistributedLoop {
     for (int i = 0; i < users_; ++i) {
       hands_.sample(i, sample_);
       const Site& site = laws_[i].observe(sample_);
-      if (slot_ != next_packet_[i]) continue;
-      next_packet_[i] += ticks_per_packet_;
+      if (!packet_ticks_[i].due(slot_)) continue;
       for (int j = 0; j < users_; ++j)
-        if (j != i) port(i, j).push(site, slot_);
+        if (j != i) port(i, j).push(site, slot_, packet_ticks_[i].late());
     }
     for (int i = 0; i < users_; ++i) {
       typename Law::Inputs& inputs = inputs_[i];
@@ -58,7 +58,11 @@ class DistributedLoop {
   }
 
   void advance_packet_period() noexcept {
-    for (int k = 0; k < ticks_per_packet_; ++k) tick();
+    for (std::int64_t k = slots_.period_from(slot_); k > 0; --k) tick();
+  }
+  /// Until the pattern of packet ticks begins again: a packet period where the ratio is whole.
+  void advance_repeat() noexcept {
+    for (std::int64_t k = 0; k < slots_.ticks; ++k) tick();
   }
 
   /// The states in order: hands, sites, packets in flight.
@@ -72,10 +76,18 @@ class DistributedLoop {
             [&](Site& site) { core::visit_site(site, laws_[i].counts(i), visitor); });
   }
 
+  /// Visits every directed link: from, to, receiving end.
+  template <typename Visitor>
+  void visit_links(Visitor&& visitor) {
+    for (int i = 0; i < users_; ++i)
+      for (int j = 0; j < users_; ++j)
+        if (i != j) visitor(i, j, port(i, j));
+  }
+
   [[nodiscard]] std::int64_t slot() const noexcept { return slot_; }
   [[nodiscard]] double time() const noexcept { return static_cast<double>(slot_) * T_; }
   [[nodiscard]] int user_count() const noexcept { return users_; }
-  [[nodiscard]] int ticks_per_packet() const noexcept { return ticks_per_packet_; }
+  [[nodiscard]] const core::PacketSlots& packet_slots() const noexcept { return slots_; }
   [[nodiscard]] core::Hands<Vector>& hands() noexcept { return hands_; }
   [[nodiscard]] const core::Hands<Vector>& hands() const noexcept { return hands_; }
   [[nodiscard]] const Law& law(int user) const noexcept { return laws_[user]; }
@@ -107,8 +119,8 @@ class DistributedLoop {
 
   int users_ = 0;
   double T_ = 0.0;
-  int ticks_per_packet_ = 1;
-  std::array<std::int64_t, core::kMaxUsers> next_packet_{};
+  core::PacketSlots slots_;
+  std::array<core::PacketTicks, core::kMaxUsers> packet_ticks_{};
   std::int64_t slot_ = 0;
   core::Hands<Vector> hands_;
   std::vector<Law> laws_;

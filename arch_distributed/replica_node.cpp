@@ -180,6 +180,7 @@ node::NodeReport run_replica(const core::Scene& scene, const ReplicaOptions& opt
   setup.options = options.node;
   setup.exchange.own_sender = static_cast<std::uint32_t>(user);
   setup.exchange.packet_hz = scene.rates.packet_hz;
+  setup.exchange.local_hz = scene.rates.local_hz;
   for (std::size_t j = 0; j < scene.users.size(); ++j)
     if (static_cast<int>(j) != user) setup.peers.push_back(static_cast<std::uint32_t>(j));
 

@@ -23,6 +23,9 @@ void AnalyzeOptions::add(CLI::App& command) {
       .add_option("--delay-packets", delay_packets,
                   "round trip in packet periods, all of it one way; fractions are ticks")
       ->check(CLI::Range(0.0, 60.0));
+  command.add_flag("--own-packet-timer", own_packet_timer,
+                   "packets leave exactly at k / packet_hz with the state of the tick before, as "
+                   "from a thread with its own timer; matters where the rates are not multiples");
 }
 
 AnalyzedScene AnalyzeOptions::load() const {
@@ -31,6 +34,7 @@ AnalyzedScene AnalyzeOptions::load() const {
   if (out.scene.objects.empty())
     throw CLI::ValidationError("--scene", out.scene.name + " has no object to analyse");
   out.network.set_round_trip(delay_packets, out.scene.ticks_per_packet());
+  if (own_packet_timer) out.network.packet_timer = core::PacketTimer::kOwn;
   return out;
 }
 
@@ -48,12 +52,14 @@ std::string AnalyzedScene::assumed() const {
 
 namespace {
 
-ordered_json modes_of(const analysis::Judgement& judged, double period, std::string& text) {
+ordered_json modes_of(const analysis::LiftedSystem& system, const analysis::Judgement& judged,
+                      std::string& text) {
+  const double period = system.period / system.packets;
   ordered_json modes = ordered_json::array();
   constexpr double kPi = 3.14159265358979323846;
   text += "  modes, slowest first (modulus a packet period, frequency, time constant)\n";
   int shown = 0;
-  for (const auto& z : judged.eigenvalues) {
+  for (const auto& z : analysis::packet_modes(system, judged)) {
     if (z.imag() < 0.0 || std::abs(z) < 0.02) continue;
     const double frequency = std::arg(z) / (2.0 * kPi * period);
     const double constant = -period / std::log(std::abs(z));
@@ -102,12 +108,12 @@ ordered_json gain_margins(const AnalyzedScene& s, std::string& text) {
 
 /// Ticks of round trip, one by one from what is there, until it is no longer stable.
 ordered_json delay_margin(const AnalyzedScene& s, double packets, std::string& text) {
-  const int N = s.scene.ticks_per_packet();
+  const double N = s.scene.ticks_per_packet();
   const int now = static_cast<int>(std::ceil(packets * N - 1e-9));
-  const int last = now + 20 * N;
+  const int last = now + static_cast<int>(20.0 * N);
   for (int ticks = now; ticks <= last; ++ticks) {
     AnalyzedScene later = s;
-    later.network.set_round_trip(static_cast<double>(ticks) / N, N);
+    later.network.set_round_trip(ticks / N, N);
     if (analysis::judge(later.lift()).stable()) continue;
     text += ticks == now
                 ? "  delay: not stable as it is\n"
@@ -171,7 +177,7 @@ void point(const AnalyzeOptions& o) {
       loop.radius, system.states(),
       judged.removed.empty() ? "nothing" : fmt::format("{}", fmt::join(judged.removed, ", ")));
   text += s.assumed();
-  json["modes"] = modes_of(judged, system.period, text);
+  json["modes"] = modes_of(system, judged, text);
   if (s.scene.space == core::Space::kAxis) json["felt"] = felt(s, text);
   json["gains"] = gain_margins(s, text);
   if (s.scene.architecture != core::Architecture::kSingle)
@@ -240,6 +246,7 @@ void add_analyze(CLI::App& app) {
   with_scene("damping", "drag in free motion (6.2) by a direct solve, both models", damping);
   add_analyze_admittance(*analyze);
   add_analyze_stability(*analyze);
+  add_analyze_network(*analyze);
   add_analyze_check(*analyze);
 }
 

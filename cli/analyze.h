@@ -24,12 +24,14 @@ struct AnalyzeOptions {
   SceneOption scene;
   JsonOption json;
   double delay_packets = 0.0;
+  bool own_packet_timer = false;
 
   void add(CLI::App& command);
   [[nodiscard]] AnalyzedScene load() const;
 };
 
 void add_analyze_admittance(CLI::App& analyze);
+void add_analyze_network(CLI::App& analyze);
 void add_analyze_stability(CLI::App& analyze);
 void add_analyze_check(CLI::App& analyze);
 

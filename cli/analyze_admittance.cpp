@@ -33,7 +33,8 @@ void run(const AdmittanceOptions& o) {
   if (o.alone) s.scene = analysis::with_one_hand(s.scene, user);
   const analysis::LiftedSystem system = s.lift();
   constexpr double kPi = 3.14159265358979323846;
-  const double nyquist = kPi / system.period, to = o.to > 0.0 ? o.to : 0.97 * nyquist;
+  const double nyquist = kPi * system.packets / system.period,
+               to = o.to > 0.0 ? o.to : 0.97 * nyquist;
   if (!(o.from < to) || to >= nyquist)
     throw CLI::ValidationError(
         "--to", fmt::format("from {} to {} rad/s: must go up and stay below {:.6g}, half the "

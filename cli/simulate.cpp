@@ -230,7 +230,14 @@ void simulate_scene(const SimulateOptions& o) {
       fmt::format("  packets sent {}, accepted {}; gap between copies rms {:.3g} m, max {:.3g} m\n",
                   run.sent, run.accepted, run.gap_rms, run.gap_max);
 
-  const bool can_grow = has_object && scene.space != core::Space::kSpace && !o.no_growth;
+  const std::int64_t repeat = scene.packet_slots().packets;
+  const bool can_grow = has_object && scene.space != core::Space::kSpace && !o.no_growth &&
+                        repeat <= analysis::kMostPackets;
+  if (repeat > analysis::kMostPackets && !o.no_growth)
+    text += fmt::format(
+        "  growth is not measured: packet ticks repeat only after {} packets; choose rates with a "
+        "simpler ratio\n",
+        repeat);
   if (can_grow) {
     const core::Scene linear = analysis::linearised_at_grasp(scene);
     const auto growth = analysis::with_loop(linear, steady, [&](auto& loop) {

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 #include <limits>
+#include <span>
 #include <type_traits>
 
 #include "core/random.h"
@@ -24,7 +25,17 @@ struct LinkModelParameters {
   std::int64_t outage_start = -1;  ///< slots [start, start + length): everything sent is lost
   std::int64_t outage_length = 0;
   bool first_in_first_out = false;
+  /// Recorded delays [ticks], negative: lost; packets take them in order from a seeded place, round
+  /// and round, instead of jitter and on top of delay_ticks. Owned by the caller.
+  std::span<const double> recorded{};
   std::uint64_t seed = 1;
+};
+
+/// What happens to packets, where it is not to be drawn.
+struct PacketFate {
+  bool given = false;  ///< false: drawn, as LinkModelParameters say
+  bool lost = false;
+  double delay_ticks = 0.0;  ///< one way; a fraction acts as the next whole tick
 };
 
 /// One direction of a modelled link: the packets in flight and their fates. Trivially copyable.
@@ -36,18 +47,26 @@ class LinkModel {
 
  public:
   explicit LinkModel(const LinkModelParameters& parameters = {}) noexcept
-      : parameters_(parameters), random_(parameters.seed) {}
+      : parameters_(parameters), random_(parameters.seed) {
+    if (!parameters.recorded.empty())
+      next_recorded_ = static_cast<std::size_t>(random_.uniform() *
+                                                static_cast<double>(parameters.recorded.size()));
+  }
 
-  void push(const Message& message, std::int64_t slot) noexcept {
+  /// `late`: how long after the tick of its state the packet leaves [ticks].
+  void push(const Message& message, std::int64_t slot, double late = 0.0) noexcept {
     ++sequence_;
-    if (is_lost(slot)) {
+    if (fate_.given ? fate_.lost : is_lost(slot)) {
       ++lost_;
       return;
     }
-    admit(message, slot);
+    admit(message, slot, late);
     if (parameters_.duplicate > 0.0 && random_.uniform() < parameters_.duplicate)
-      admit(message, slot);
+      admit(message, slot, late);
   }
+
+  /// The fate of every packet pushed from now on; one that is not given ends it.
+  void set_fate(const PacketFate& fate) noexcept { fate_ = fate; }
 
   /// Calls `accept(message, send_slot, sequence)` for every packet due at `slot`, in order of
   /// arrival (packets of the same tick: as sent).
@@ -69,6 +88,12 @@ class LinkModel {
     for (int i = 0; i < count_; ++i) visitor(flight_[i].message);
   }
 
+  /// Visits send slot and arrival [ticks] of each packet in flight, oldest first.
+  template <typename Visitor>
+  void visit_flights(Visitor&& visitor) const {
+    for (int i = 0; i < count_; ++i) visitor(flight_[i].send_slot, flight_[i].arrival);
+  }
+
   [[nodiscard]] int in_flight() const noexcept { return count_; }
   [[nodiscard]] std::int64_t lost() const noexcept { return lost_; }
   [[nodiscard]] std::int64_t overflowed() const noexcept { return overflowed_; }
@@ -82,10 +107,18 @@ class LinkModel {
     double arrival = 0.0;
   };
 
+  [[nodiscard]] static double nearest(double x) noexcept {
+    return static_cast<double>(static_cast<std::int64_t>(x + 0.5));
+  }
   [[nodiscard]] double arrival(int i) const noexcept { return flight_[i].arrival; }
   [[nodiscard]] bool earlier(int i, int j) const noexcept { return arrival(i) < arrival(j); }
 
   [[nodiscard]] bool is_lost(std::int64_t slot) noexcept {
+    if (!parameters_.recorded.empty()) {
+      recorded_ = parameters_.recorded[next_recorded_];
+      next_recorded_ = next_recorded_ + 1 < parameters_.recorded.size() ? next_recorded_ + 1 : 0;
+      if (recorded_ < 0.0) return true;
+    }
     if (parameters_.burst_enter > 0.0)
       in_burst_ = in_burst_ ? random_.uniform() >= parameters_.burst_leave
                             : random_.uniform() < parameters_.burst_enter;
@@ -96,7 +129,9 @@ class LinkModel {
   }
 
   [[nodiscard]] double draw_delay() noexcept {
+    if (fate_.given) return fate_.delay_ticks;
     double delay = parameters_.delay_ticks;
+    if (!parameters_.recorded.empty()) return delay + recorded_;
     switch (parameters_.jitter) {
       case JitterKind::kNone:
         break;
@@ -113,8 +148,12 @@ class LinkModel {
     return delay > 0.0 ? delay : 0.0;
   }
 
-  void admit(const Message& message, std::int64_t slot) noexcept {
+  void admit(const Message& message, std::int64_t slot, double late) noexcept {
     double at = static_cast<double>(slot) + draw_delay();
+    if (late > 0.0) {  // 3.76 + 7.24 ticks are 11, not a rounding more
+      at += late;
+      if (const double whole = nearest(at); at - whole < 1e-9 && whole - at < 1e-9) at = whole;
+    }
     if (parameters_.first_in_first_out && at < last_arrival_) at = last_arrival_;
     last_arrival_ = at;
     if (count_ == kCapacity) {
@@ -134,12 +173,15 @@ class LinkModel {
   }
 
   LinkModelParameters parameters_;
+  PacketFate fate_;
   Random random_;
   std::array<Flight, kCapacity> flight_{};
   int count_ = 0;
   bool in_burst_ = false;
   double next_arrival_ = std::numeric_limits<double>::infinity();
   double last_arrival_ = 0.0;
+  std::size_t next_recorded_ = 0;
+  double recorded_ = 0.0;  ///< of the packet being pushed
   std::uint64_t sequence_ = 0;
   std::int64_t lost_ = 0;
   std::int64_t overflowed_ = 0;

@@ -13,7 +13,9 @@ class ModelledPort {
   ModelledPort() noexcept = default;
   explicit ModelledPort(const LinkModelParameters& parameters) noexcept : link_(parameters) {}
 
-  void push(const Message& message, std::int64_t slot) noexcept { link_.push(message, slot); }
+  void push(const Message& message, std::int64_t slot, double late = 0.0) noexcept {
+    link_.push(message, slot, late);
+  }
 
   /// The newest message accepted for this slot, nullptr if none.
   [[nodiscard]] const Message* receive(std::int64_t slot) noexcept {

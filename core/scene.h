@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "core/packet_slots.h"
 #include "core/vec.h"
 
 /// The plain form of a session's description. `scene/` fills it from a text file and validates it;
@@ -195,9 +196,12 @@ struct Scene {
   std::vector<DeviceParameters> devices;
 
   [[nodiscard]] double tick() const { return 1.0 / rates.local_hz; }  ///< T [s]
-  /// N, whole ticks per packet; the loader refuses a ratio that is not whole.
-  [[nodiscard]] int ticks_per_packet() const {
-    return static_cast<int>(rates.local_hz / rates.packet_hz + 0.5);
+  [[nodiscard]] PacketSlots packet_slots() const noexcept {
+    return PacketSlots::of(rates.local_hz, rates.packet_hz);
+  }
+  /// Ticks from packet to packet: N where the ratio of the rates is whole, else the mean.
+  [[nodiscard]] double ticks_per_packet() const noexcept {
+    return packet_slots().ticks_per_packet();
   }
 };
 

@@ -135,6 +135,8 @@ void PeerLink::open_exchange(const ExchangeOptions& options) {
                                 " Hz; above 0 and at most 100000 Hz");
   const std::lock_guard lock(mutex_);
   exchange_ = options;
+  if (!(exchange_->local_hz > 0.0)) exchange_->local_hz = options.packet_hz;
+  slots_ = core::PacketSlots::of(exchange_->local_hz, options.packet_hz);
   packet_slot_ = -1;
   for (std::size_t i = 0; i < peers_.size(); ++i) {
     peers_[i]->sent_slot = -1;
@@ -336,12 +338,15 @@ std::int64_t PeerLink::look_in_outboxes(std::int64_t now_ns) {
   // Nobody wakes us when the exchange opens; slot 0 may be only milliseconds after that.
   constexpr std::int64_t kUntilOpen_ns = 1'000'000;
   if (!exchange_) return now_ns + kUntilOpen_ns;
-  const double period_ns = 1e9 / exchange_->packet_hz;
-  const auto due = [&](std::int64_t slot) {
-    return exchange_->start_ns + std::llround(static_cast<double>(slot) * period_ns);
+  const double tick_ns = 1e9 / exchange_->local_hz;
+  const double period_ns = tick_ns * slots_.ticks_per_packet();
+  const auto due = [&](std::int64_t packet) {
+    return exchange_->start_ns +
+           std::llround(static_cast<double>(slots_.tick_of(packet)) * tick_ns);
   };
   const double since = static_cast<double>(now_ns - exchange_->start_ns);
-  packet_slot_ = std::max(packet_slot_, static_cast<std::int64_t>(std::floor(since / period_ns)));
+  const auto tick = static_cast<std::int64_t>(std::floor(since / tick_ns));
+  if (tick >= 0) packet_slot_ = std::max(packet_slot_, slots_.packet_at(tick));
 
   bool complete = true;
   for (auto& peer : peers_) {

@@ -56,7 +56,8 @@ struct PeerLinkOptions {
 struct ExchangeOptions {
   std::uint32_t own_sender = 0;  ///< user index, or core::kServerSender
   std::int64_t start_ns = 0;     ///< of slot 0, our monotonic clock
-  double packet_hz = 128.0;      ///< packets leave at start + k / packet_hz
+  double packet_hz = 128.0;      ///< packet k leaves at start + k / packet_hz
+  double local_hz = 0.0;         ///< in the first tick of this rate then; 0: at once
   /// Number of values in packets from each user, and last from the server; -1: sends us nothing.
   std::array<std::int32_t, core::kMaxUsers + 1> values_from{-1, -1, -1, -1, -1, -1, -1, -1, -1};
   std::int64_t first_look_ns = 40'000;  ///< after a packet slot is due: is there something to send?
@@ -165,7 +166,8 @@ class PeerLink {
   StateDecoder decoder_;
   DecodeCounts strays_;
   std::optional<ExchangeOptions> exchange_;
-  std::int64_t packet_slot_ = -1;  ///< newest one that is due
+  core::PacketSlots slots_;        ///< ticks of exchange_->local_hz
+  std::int64_t packet_slot_ = -1;  ///< newest packet that is due
   std::vector<LinkMessage> messages_;
   std::string realtime_report_;
 

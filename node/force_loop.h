@@ -9,6 +9,7 @@
 #include "core/clock.h"
 #include "core/fault.h"
 #include "core/latest_value.h"
+#include "core/packet_slots.h"
 #include "core/periodic_schedule.h"
 #include "core/records.h"
 #include "core/wakeup_statistics.h"
@@ -47,15 +48,15 @@ struct Slot {
 ///       contact bits, ages, fresh bits and faults; logs the packets it used
 ///   void report(LoopStatus&) const noexcept                        gains
 ///
-/// A packet leaves when the slot number is a multiple of N; when that slot was missed, in the first
-/// one that runs after it. Nothing here allocates, locks, logs or throws.
+/// A packet leaves in the ticks that core/packet_slots.h says; when such a slot was missed, in the
+/// first one that runs after it. Nothing here allocates, locks, logs or throws.
 template <typename Site>
 class ForceLoop {
  public:
   struct Settings {
     std::int64_t start_ns = 0;
     double rate_hz = 1024.0;
-    int ticks_per_packet = 8;
+    core::PacketSlots packet_slots;
     std::int64_t end_slot = 0;  ///< the first slot that does not run any more; 0: until stopped
     std::int64_t spin_ns = 0;
   };
@@ -67,7 +68,7 @@ class ForceLoop {
   void run(const Settings& settings, const StopRequest& stop, core::Clock& clock) noexcept {
     core::PeriodicSchedule schedule(settings.start_ns, settings.rate_hz, settings.spin_ns);
     const core::CountAllocations count;
-    std::int64_t packet_period = -1;
+    std::int64_t newest_packet = -1;
     core::TickRecord record;
     while (!stop.requested()) {
       const core::PeriodicSchedule::Wake wake = schedule.wait(clock);
@@ -80,9 +81,9 @@ class ForceLoop {
       record.slot = wake.slot;
       record.due_ns = wake.due_ns;
       record.woke_ns = wake.woke_ns;
-      const std::int64_t period = wake.slot / settings.ticks_per_packet;
-      const bool sends = period != packet_period;
-      packet_period = period;
+      const std::int64_t packet = settings.packet_slots.packet_at(wake.slot);
+      const bool sends = packet != newest_packet;
+      newest_packet = packet;
       site_.tick({wake.slot, wake.woke_ns, sends}, record, log_);
       if (clock.now_ns() >= schedule.due_ns(wake.slot + 1))
         record.faults |= static_cast<std::uint32_t>(core::Fault::kOverrun);

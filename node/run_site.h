@@ -68,7 +68,7 @@ template <typename Site>
     settings.start_ns =
         setup.options.start_ns > 0 ? setup.options.start_ns : clock.now_ns() + kTimeToStart_ns;
     settings.rate_hz = setup.scene.rates.local_hz;
-    settings.ticks_per_packet = setup.scene.ticks_per_packet();
+    settings.packet_slots = setup.scene.packet_slots();
     settings.end_slot = std::llround(setup.options.seconds * settings.rate_hz);
     if (!setup.options.record_file.empty())
       recording = std::make_unique<recording::RecordingWriter>(

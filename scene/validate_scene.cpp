@@ -80,20 +80,10 @@ class Validator {
     const double local = scene_.rates.local_hz, packet = scene_.rates.packet_hz;
     if (!(local > 0.0) || !(packet > 0.0) || !std::isfinite(local) || !std::isfinite(packet))
       return;  // the range check says it
-    const double ratio = local / packet;
-    if (packet > local) {
+    if (packet > local)
       report("rates.packet_hz", " = " + number_text(packet) +
                                     " Hz: must be at most rates.local_hz = " + number_text(local) +
                                     " Hz");
-    } else if (std::abs(ratio - std::round(ratio)) > 1e-9 * ratio) {
-      const double fewer = std::floor(ratio), more = std::ceil(ratio);
-      report("rates.packet_hz",
-             " = " + number_text(packet) +
-                 " Hz: rates.local_hz / rates.packet_hz = " + number_text(ratio) +
-                 " must be a whole number; the nearest packet rates allowed are " +
-                 number_text(local / more) + " Hz (" + number_text(more) + " ticks a packet) and " +
-                 number_text(local / fewer) + " Hz (" + number_text(fewer) + ")");
-    }
   }
 
   void check_silence() {

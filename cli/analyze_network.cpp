@@ -1,0 +1,223 @@
+#include <algorithm>
+#include <cmath>
+#include <csignal>
+#include <span>
+#include <stdexcept>
+#include <unistd.h>
+
+#include <fmt/format.h>
+
+#include "analysis/packet_fates.h"
+#include "analysis/random_network.h"
+#include "cli/analyze.h"
+#include "cli/commands.h"
+#include "cli/network_trace.h"
+
+namespace tandem::cli {
+
+namespace {
+
+using nlohmann::ordered_json;
+
+struct NetworkOptions {
+  AnalyzeOptions common;
+  double link_delay_ms = 0.0, jitter_ms = 0.0;
+  std::string jitter_kind = "normal", trace, received;
+  double loss = 0.0, burst_enter = 0.0, burst_leave = 1.0;
+  bool fifo = false, one_way = false;
+  analysis::LyapunovOptions sampling;
+};
+
+volatile std::sig_atomic_t interrupted = 0;
+
+NetworkTrace read_trace(const NetworkOptions& o) {
+  if (o.trace.empty()) return {};
+  try {
+    return o.received.empty() ? read_delays(o.trace, !o.one_way)
+                              : read_captures(o.trace, o.received);
+  } catch (const std::runtime_error& e) {
+    throw Failed(std::string("--trace: ") + e.what());
+  }
+}
+
+void add_fates(const NetworkOptions& o, std::span<const double> recorded, AnalyzedScene& s) {
+  core::LinkModelParameters link;
+  const double local_hz = s.scene.rates.local_hz;
+  link.jitter_ticks = o.jitter_ms * 1e-3 * local_hz;
+  if (o.jitter_ms > 0.0)
+    link.jitter = o.jitter_kind == "uniform"       ? core::JitterKind::kUniform
+                  : o.jitter_kind == "exponential" ? core::JitterKind::kExponential
+                                                   : core::JitterKind::kNormal;
+  link.loss = o.loss;
+  link.burst_enter = o.burst_enter;
+  link.burst_leave = o.burst_leave;
+  link.first_in_first_out = o.fifo;
+  link.recorded = recorded;
+  for (auto& row : s.network.link)
+    for (core::LinkModelParameters& one : row) {
+      link.delay_ticks = one.delay_ticks + o.link_delay_ms * 1e-3 * local_hz;
+      one = link;
+    }
+  double longest = link.delay_ticks + 2.0 * link.jitter_ticks;
+  for (const double d : recorded) longest = std::max(longest, link.delay_ticks + d);
+  constexpr double kRoom = 60.0;  // packets; a modelled link holds 64
+  const double in_flight = longest / s.scene.ticks_per_packet();
+  if (in_flight <= kRoom) return;
+  throw CLI::ValidationError(
+      o.trace.empty() ? "--link-delay-ms" : "--trace",
+      fmt::format("the longest delay, {:.4g} ms, keeps {:.0f} packets in flight; a modelled link "
+                  "holds {:.0f}: at most {:.4g} ms at rates.packet_hz = {:g}",
+                  1e3 * longest / local_hz, in_flight, kRoom, 1e3 * kRoom / s.scene.rates.packet_hz,
+                  s.scene.rates.packet_hz));
+}
+
+/// One line on what packets of every link meet.
+std::string said(const NetworkOptions& o, const NetworkTrace& trace) {
+  std::string text;
+  if (!trace.about.empty()) text += "; delays of " + trace.about;
+  if (o.link_delay_ms > 0.0) text += fmt::format("; {:g} ms one way", o.link_delay_ms);
+  if (o.jitter_ms > 0.0) text += fmt::format("; {} jitter {:g} ms", o.jitter_kind, o.jitter_ms);
+  if (o.loss > 0.0) text += fmt::format("; {:g} of the packets lost", o.loss);
+  if (o.burst_enter > 0.0)
+    text += fmt::format("; bursts of loss: into one {:g}, out of it {:g} a packet", o.burst_enter,
+                        o.burst_leave);
+  return text.empty() ? "; every packet arrives in time" : text;
+}
+
+void run(const NetworkOptions& o) {
+  AnalyzedScene s = o.common.load();
+  const NetworkTrace trace = read_trace(o);
+  const std::vector<double> recorded = trace.in_ticks(s.scene.rates.local_hz);
+  add_fates(o, recorded, s);
+
+  ordered_json json;
+  json["scene"] = s.scene.name;
+  json["delay_packets"] = o.common.delay_packets;
+  json["assumptions"] = s.assumptions;
+  std::string text = fmt::format("{}, round trip {:.6g} packets{}\n{}", s.scene.name,
+                                 o.common.delay_packets, said(o, trace), s.assumed());
+
+  const auto session = analysis::random_session(s.scene, s.network);
+  ordered_json& square = json["mean_square"];
+  bool unstable_square = false;
+  if (session.why_not.empty()) {
+    const auto moment = analysis::second_moment(session.system);
+    unstable_square = !(moment.radius < 1.0);
+    const char* how = moment.dense ? "exact: eigenvalues of the half-vectorised Kronecker matrix"
+                                   : "exact: the same matrix, applied until its growth is steady";
+    square = {{"stable", moment.converged ? ordered_json(!unstable_square) : nullptr},
+              {"radius_per_packet", number(moment.radius)},
+              {"method", how},
+              {"modes", session.system.states.size()},
+              {"maps", session.system.maps.size()},
+              {"size", moment.size},
+              {"converged", moment.converged},
+              {"independent_draws", recorded.empty() ? "as given" : "from the recorded histogram"}};
+    text += fmt::format(
+        "  mean square: {} grows {:.10g} times a packet period ({}{})\n    {}, {} modes, {} maps "
+        "measured on the running loop, {} numbers\n",
+        "E|x|^2", moment.radius, unstable_square ? "NOT stable" : "stable",
+        moment.converged ? "" : ", not converged: take it as near", how,
+        session.system.states.size(), session.system.maps.size(), moment.size);
+    if (!recorded.empty())
+      text += "    recorded delays taken as independent draws; what follows takes them in order\n";
+  } else {
+    square = {{"stable", nullptr}, {"why_not", session.why_not}};
+    text +=
+        fmt::format("  mean square: not lifted exactly, {}; sampled instead:\n", session.why_not);
+  }
+
+  analysis::LyapunovOptions sampling = o.sampling;
+  const bool progress = isatty(STDERR_FILENO) != 0;
+  sampling.progress = [&](int done, int all) {
+    if (progress) fmt::print(stderr, "\r{} of {} runs{}", done, all, done == all ? "\n" : "");
+    return interrupted == 0;
+  };
+  const auto before = std::signal(SIGINT, [](int) { interrupted = 1; });
+  analysis::Lyapunov typical;
+  try {
+    typical = analysis::sampled_exponent(s.scene, s.network, sampling);
+  } catch (const std::runtime_error& e) {
+    std::signal(SIGINT, before);
+    throw Failed(e.what());
+  }
+  std::signal(SIGINT, before);
+  const char* verdict = typical.surely_stable()     ? "stable"
+                        : typical.surely_unstable() ? "NOT stable"
+                                                    : "not decided: take more --runs or --packets";
+  json["typical_run"] = {{"exponent_per_packet", number(typical.exponent)},
+                         {"half_width_95_percent", number(typical.half_width)},
+                         {"growth_per_packet", number(std::exp(typical.exponent))},
+                         {"verdict", verdict},
+                         {"method", "sampled Lyapunov exponent of the running loop"},
+                         {"runs", typical.runs},
+                         {"packets", typical.packets},
+                         {"seed", sampling.seed}};
+  text += fmt::format(
+      "  typical run: Lyapunov exponent {:.3e} +- {:.1e} a packet period (95 %), that is {:.8f} "
+      "times: {}\n    sampled on the running loop, {} runs of {} packets\n",
+      typical.exponent, typical.half_width, std::exp(typical.exponent), verdict, typical.runs,
+      typical.packets);
+  if (unstable_square && typical.surely_stable())
+    text +=
+        "  Runs die out in the end, but their mean square grows: now and then losses follow each\n"
+        "  other for long enough to make a deviation large. Do not put a hand on it.\n";
+  if (!o.common.json.to_stdout()) fmt::print("{}", text);
+  o.common.json.write(json);
+}
+
+}  // namespace
+
+void add_analyze_network(CLI::App& analyze) {
+  CLI::App* command = analyze.add_subcommand(
+      "network",
+      "stability under random loss and jitter: mean square exactly, typical run sampled");
+  auto o = std::make_shared<NetworkOptions>();
+  o->common.add(*command);
+  CLI::Option* link =
+      command->add_option("--link-delay-ms", o->link_delay_ms, "delay of every link, one way [ms]");
+  link->check(CLI::Range(0.0, 1000.0))->excludes(command->get_option("--delay-packets"));
+  CLI::Option* jitter =
+      command->add_option("--jitter-ms", o->jitter_ms, "jitter of every packet [ms]");
+  jitter->check(CLI::Range(0.0, 500.0));
+  command
+      ->add_option("--jitter-kind", o->jitter_kind,
+                   "normal (sd), uniform (half width), exponential (mean)")
+      ->check(CLI::IsMember({"normal", "uniform", "exponential"}));
+  command->add_option("--loss", o->loss, "share of packets lost, each by itself")
+      ->check(CLI::Range(0.0, 1.0));
+  CLI::Option* enter = command->add_option(
+      "--burst-enter", o->burst_enter, "Gilbert-Elliott: into the state that loses all, a packet");
+  enter->check(CLI::Range(0.0, 1.0));
+  command->add_option("--burst-leave", o->burst_leave, "and out of it")
+      ->check(CLI::Range(0.0, 1.0))
+      ->needs(enter);
+  command->add_flag("--fifo", o->fifo, "jitter never reorders");
+  CLI::Option* trace = command->add_option(
+      "--trace", o->trace, "recorded round trips, one a line [ms]; nan: lost. Half counts one way");
+  trace->excludes(jitter);
+  CLI::Option* one_way = command->add_flag("--one-way", o->one_way, "they are one-way delays");
+  one_way->needs(trace);
+  command
+      ->add_option("--received", o->received,
+                   "--trace is a capture of packets as sent, this one as received: lines "
+                   "TIME_NS,PACKET; what is missing was lost")
+      ->needs(trace)
+      ->excludes(one_way);
+  command->add_option("--runs", o->sampling.runs, "sampled runs")
+      ->check(CLI::Range(2, 100000))
+      ->capture_default_str();
+  command->add_option("--packets", o->sampling.packets, "packet periods of each")
+      ->check(CLI::Range(10, 100000000))
+      ->capture_default_str();
+  command->add_option("--seed", o->sampling.seed, "of the fates");
+  command->callback([o] {
+    try {
+      run(*o);
+    } catch (const std::domain_error& e) {
+      throw Failed(e.what());
+    }
+  });
+}
+
+}  // namespace tandem::cli

@@ -7,7 +7,6 @@ namespace tandem::analysis {
 namespace {
 
 using Complex = std::complex<double>;
-constexpr double kPi = 3.14159265358979323846;
 
 /// Phase by which the hands' velocities turn over a repeat, counted from packet to packet.
 double turned(const LiftedSystem& system, std::vector<Complex> x) {
@@ -31,6 +30,7 @@ double turned(const LiftedSystem& system, std::vector<Complex> x) {
 std::vector<Complex> packet_modes(const LiftedSystem& system, const Judgement& judged) {
   if (system.packets == 1) return judged.eigenvalues;
   std::vector<Complex> modes;
+  constexpr double kTurn = 2.0 * 3.14159265358979323846;
   const double share = 1.0 / system.packets;
   for (const Complex& z : judged.eigenvalues) {
     const double modulus = std::pow(std::abs(z), share);
@@ -41,7 +41,7 @@ std::vector<Complex> packet_modes(const LiftedSystem& system, const Judgement& j
       for (std::size_t i = 0; i < start.size(); ++i)
         start[i] = 1.0 / (1.0 + static_cast<double>(i));
       const auto vector = solve_shifted(system.transition, z * (1.0 + 1e-10), start);
-      angle += 2.0 * kPi * std::round((turned(system, vector) - angle) / (2.0 * kPi));
+      angle += kTurn * std::round((turned(system, vector) - angle) / kTurn);
     }
     modes.push_back(std::polar(modulus, angle * share));
   }

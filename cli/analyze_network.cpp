@@ -28,7 +28,7 @@ struct NetworkOptions {
   analysis::LyapunovOptions sampling;
 };
 
-volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t network_interrupted = 0;
 
 NetworkTrace read_trace(const NetworkOptions& o) {
   if (o.trace.empty()) return {};
@@ -131,9 +131,9 @@ void run(const NetworkOptions& o) {
   const bool progress = isatty(STDERR_FILENO) != 0;
   sampling.progress = [&](int done, int all) {
     if (progress) fmt::print(stderr, "\r{} of {} runs{}", done, all, done == all ? "\n" : "");
-    return interrupted == 0;
+    return network_interrupted == 0;
   };
-  const auto before = std::signal(SIGINT, [](int) { interrupted = 1; });
+  const auto before = std::signal(SIGINT, [](int) { network_interrupted = 1; });
   analysis::Lyapunov typical;
   try {
     typical = analysis::sampled_exponent(s.scene, s.network, sampling);

@@ -110,7 +110,8 @@ TEST(RandomNetwork, WithoutLossTheMeanSquareIsTheSquareOfTheRadius) {
     // The balanced eigenvalues of the squared map keep some 1e-12.
     EXPECT_NEAR(second_moment(session.system).radius, rho * rho, 1e-9) << delay;
   }
-  const core::Scene uneven = scene::load_scene("axis_distributed", {"rates.packet_hz=100"});
+  core::Scene uneven = scene::load_scene("axis_distributed");
+  uneven.rates.packet_hz = 100.0;
   const RandomSession session = random_session(uneven, {});
   ASSERT_EQ(session.why_not, "");
   const double rho = judge(measured_system(uneven, {})).radius;

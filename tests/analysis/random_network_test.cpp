@@ -3,6 +3,7 @@
 #include "analysis/random_network.h"
 
 #include <cmath>
+#include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -217,6 +218,46 @@ TEST(RandomNetwork, SessionsGrowInTheMeanOnTheSideThatTheRadiusSays) {
     ASSERT_GT(std::abs(late.mean - early.mean), 4.0 * (late.error + early.error)) << loss;
     EXPECT_EQ(late.mean > early.mean, radius > 1.0) << loss;
   }
+}
+
+// Without loss a run grows by the spectral radius; the first 400 packets are left out.
+TEST(RandomNetwork, TheSampledExponentWithoutLossIsTheLogarithmOfTheRadius) {
+  const core::Scene scene = scene::load_scene("axis_distributed");
+  LyapunovOptions options;
+  options.runs = 3;
+  options.packets = 600;
+  const Lyapunov typical = sampled_exponent(scene, lossy(0.0, 1.0), options);
+  // One real mode is left by then, so that only rounding differs.
+  EXPECT_NEAR(typical.exponent, std::log(0.9324125603192328), 1e-9);
+  EXPECT_TRUE(typical.surely_stable());
+}
+
+// Just beyond the share of loss where the mean square begins to grow, a typical run still dies out:
+// rare long losses carry the mean. Jensen: E ln|x|^2 <= ln E|x|^2.
+TEST(RandomNetwork, TheMeanSquareMayGrowWhileTypicalRunsDieOut) {
+  const core::Scene scene = gains(800, 800, 400);
+  const double loss = 1.03 * boundary(scene, 0.0, 0.9);
+  const core::NetworkModel network = lossy(loss);
+  EXPECT_GT(second_moment(random_session(scene, network).system).radius, 1.0) << loss;
+  LyapunovOptions options;
+  options.runs = 10;
+  options.packets = 1000;
+  const Lyapunov typical = sampled_exponent(scene, network, options);
+  EXPECT_TRUE(typical.surely_stable()) << typical.exponent << " +- " << typical.half_width;
+}
+
+// What cannot be lifted exactly says why; a delay of up to 60 packets would have too many modes.
+TEST(RandomNetwork, WhatIsTooMuchToLiftSaysWhy) {
+  const core::Scene scene = scene::load_scene("axis_distributed");
+  core::LinkModelParameters link;
+  link.jitter = core::JitterKind::kExponential;
+  link.jitter_ticks = 20.0;
+  core::NetworkModel network;
+  network.set_all(link);
+  EXPECT_NE(random_session(scene, network).why_not.find("too many"), std::string::npos);
+  link.first_in_first_out = true;
+  network.set_all(link);
+  EXPECT_NE(random_session(scene, network).why_not.find("first-in-first-out"), std::string::npos);
 }
 
 }  // namespace

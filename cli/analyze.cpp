@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "analysis/closed_form_rows.h"
+#include "analysis/closed_forms.h"
 #include "analysis/drag.h"
 #include "analysis/resampled.h"
 #include "analysis/response.h"
@@ -16,13 +18,19 @@ namespace tandem::cli {
 
 using nlohmann::ordered_json;
 
+std::string round_trip_packets(const std::string& text) {
+  double value = 0.0;
+  if (CLI::detail::lexical_cast(text, value) && value >= 0.0 && value <= 60.0) return {};
+  return text + " is no round trip in packets: a number from 0 to 60";
+}
+
 void AnalyzeOptions::add(CLI::App& command) {
   scene.add(command);
   json.add(command);
   command
       .add_option("--delay-packets", delay_packets,
                   "round trip in packet periods, all of it one way; fractions are ticks")
-      ->check(CLI::Range(0.0, 60.0));
+      ->check(round_trip_packets, "", "0 to 60");
   command.add_flag("--own-packet-timer", own_packet_timer,
                    "packets leave exactly at k / packet_hz with the state of the tick before, as "
                    "from a thread with its own timer; matters where the rates are not multiples");
@@ -125,6 +133,40 @@ ordered_json delay_margin(const AnalyzedScene& s, double packets, std::string& t
   return nullptr;
 }
 
+/// (6.4) beside the direct solve, where its assumptions hold: free hands, one wall at the object,
+/// for distributed scenes user 1.
+ordered_json stiffness_formulas(const core::Scene& scene, const std::string& user,
+                                std::string& text) {
+  ordered_json out = ordered_json::object();
+  if (scene.walls.size() != 1 || scene.walls[0].touches_fingers || scene.users.size() != 2)
+    return out;
+  for (const core::UserParameters& u : scene.users)
+    for (const core::FingerParameters& finger : u.fingers)
+      if (u.fingers.size() != 1 || finger.hand.stiffness > 0.0) return out;
+  const double wall = scene.walls[0].gain.stiffness;
+  if (scene.architecture == core::Architecture::kCentral) {
+    for (const core::CouplerParameters& c : scene.couplers)
+      if (c.user == user) {
+        const double k = analysis::stiffness_in_series(c.gain.stiffness, wall);
+        out["formula_n_per_m"] = k;
+        text += fmt::format("      by (6.4) {:.10g} N/m\n", k);
+      }
+    return out;
+  }
+  if (scene.architecture != core::Architecture::kDistributed || user != scene.users[0].name)
+    return out;
+  try {
+    const analysis::CopiesNumbers n = analysis::copies_numbers(scene);
+    const double k = analysis::stiffness_6_4_corrected(n, wall);
+    out["formula_n_per_m"] = k;
+    out["formula_as_printed_n_per_m"] = analysis::stiffness_6_4(n, wall);
+    text += fmt::format("      by (6.4) corrected {:.10g} N/m; as printed {:.10g}\n", k,
+                        analysis::stiffness_6_4(n, wall));
+  } catch (const std::domain_error&) {  // no formula for unequal couplers between the copies
+  }
+  return out;
+}
+
 ordered_json felt(const AnalyzedScene& s, std::string& text) {
   ordered_json out;
   for (std::size_t u = 0; u < s.scene.users.size(); ++u) {
@@ -141,6 +183,7 @@ ordered_json felt(const AnalyzedScene& s, std::string& text) {
         const double k = analysis::equivalent_stiffness(system, port);
         out[user][what] = {{"stiffness_n_per_m", number(k)}};
         text += fmt::format("  user {} {:9} feels {:.10g} N/m at rest\n", user, what, k);
+        if (which == &alone) out[user][what].update(stiffness_formulas(s.scene, user, text));
         continue;
       }
       const analysis::FreeMotion m = analysis::free_motion(system, port);
@@ -186,6 +229,36 @@ void point(const AnalyzeOptions& o) {
   o.json.write(json);
 }
 
+ordered_json closed_forms(const core::Scene& scene, double round_trip, std::string& text) {
+  const analysis::ClosedForms forms = analysis::closed_form_rows(scene, round_trip);
+  ordered_json out = ordered_json::array();
+  if (!forms.why_none.empty()) {
+    text += "  no closed form: " + forms.why_none + "\n";
+    return out;
+  }
+  text += fmt::format(
+      "  closed forms [N s/m], beside the direct solve of what each assumes\n"
+      "    {:18} {:>16} {:>16} {:>9}\n",
+      "", "formula", "direct solve", "off by");
+  for (const analysis::ClosedFormRow& r : forms.rows) {
+    const double off = std::abs(r.formula / r.direct - 1.0);
+    text += fmt::format("    {:18} {:16.12g} {:16.12g} {:9.1e}  {}\n", r.name, r.formula, r.direct,
+                        off, r.assumes);
+    text += r.outside.empty() ? "      holds for this scene\n"
+                              : fmt::format("      not for this scene, which has {:.10g}: {}\n",
+                                            r.here, fmt::join(r.outside, ", "));
+    out.push_back({{"name", r.name},
+                   {"assumes", r.assumes},
+                   {"formula_n_s_per_m", number(r.formula)},
+                   {"direct_n_s_per_m", number(r.direct)},
+                   {"relative_difference", number(off)},
+                   {"holds_here", r.outside.empty()},
+                   {"outside", r.outside},
+                   {"here_n_s_per_m", number(r.here)}});
+  }
+  return out;
+}
+
 void damping(const AnalyzeOptions& o) {
   const AnalyzedScene s = o.load();
   if (s.scene.space != core::Space::kAxis)
@@ -219,6 +292,7 @@ void damping(const AnalyzeOptions& o) {
                           what, m.mean_damping, m.sampled_damping);
     }
   }
+  json["closed_forms"] = closed_forms(s.scene, o.delay_packets, text);
   if (!o.json.to_stdout()) fmt::print("{}", text);
   o.json.write(json);
 }
@@ -248,6 +322,7 @@ void add_analyze(CLI::App& app) {
   add_analyze_stability(*analyze);
   add_analyze_network(*analyze);
   add_analyze_check(*analyze);
+  add_analyze_figure(*analyze);
 }
 
 }  // namespace tandem::cli

@@ -30,9 +30,13 @@ struct AnalyzeOptions {
   [[nodiscard]] AnalyzedScene load() const;
 };
 
+/// Of an option's text, for CLI11's check: what is wrong with it as a round trip; empty: nothing.
+[[nodiscard]] std::string round_trip_packets(const std::string& text);
+
 void add_analyze_admittance(CLI::App& analyze);
 void add_analyze_network(CLI::App& analyze);
 void add_analyze_stability(CLI::App& analyze);
 void add_analyze_check(CLI::App& analyze);
+void add_analyze_figure(CLI::App& analyze);
 
 }  // namespace tandem::cli

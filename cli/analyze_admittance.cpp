@@ -64,9 +64,10 @@ void run(const AdmittanceOptions& o) {
   if (!json["stable"].get<bool>())
     text += "  NOT stable: no steady response exists; what follows is the transfer function\n";
   json["rows"] = ordered_json::array();
+  const analysis::Response response(system, port);
   for (int i = 0; i < o.count; ++i) {
     const double w = o.from * std::pow(to / o.from, o.count == 1 ? 0.0 : i / (o.count - 1.0));
-    const auto g = analysis::admittance(system, port, w, o.position);
+    const auto g = response(w, o.position);
     const std::complex<double> jw(0.0, w);
     const auto x = 1.0 / (jw * jw * s.scene.objects[0].mass + jw * wall_b + wall_k);
     const auto ideal = o.position ? x : x * jw;

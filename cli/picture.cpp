@@ -24,11 +24,15 @@ std::string with_suffix(const std::string& file, const std::string& name) {
       .string();
 }
 
-bool draw(const std::string& file, const std::string& kind, const analysis::Table& table) {
-  const std::string data =
-      (std::filesystem::temp_directory_path() / fmt::format("tandem-{}.csv", getpid())).string();
-  write_text(data, to_csv(table));
-  const int status = run_script("plot_table.py", {kind, data, file});
+namespace {
+
+/// Writes the data beside nobody's feet, runs the script over it and clears up.
+bool run_plot(const std::string& script, std::vector<std::string> arguments,
+              const std::string& data, const std::string& text, const std::string& file) {
+  write_text(data, text);
+  arguments.push_back(data);
+  arguments.push_back(file);
+  const int status = run_script(script, arguments);
   std::filesystem::remove(data);
   if (status == 0) return true;
   std::fprintf(stderr,
@@ -36,6 +40,29 @@ bool draw(const std::string& file, const std::string& kind, const analysis::Tabl
                "python3-matplotlib)\n",
                file.c_str());
   return false;
+}
+
+std::string temporary(const char* suffix) {
+  return (std::filesystem::temp_directory_path() / fmt::format("tandem-{}.{}", getpid(), suffix))
+      .string();
+}
+
+}  // namespace
+
+bool draw(const std::string& file, const std::string& kind, const analysis::Table& table) {
+  return run_plot("plot_table.py", {kind}, temporary("csv"), to_csv(table), file);
+}
+
+bool draw_json(const std::string& file, const std::string& script,
+               const nlohmann::ordered_json& results) {
+  return run_plot(script, {}, temporary("json"), results.dump(), file);
+}
+
+std::string picture_file(const std::string& file) {
+  const std::string type = std::filesystem::path(file).extension().string();
+  if (type != ".png" && type != ".svg" && type != ".pdf")
+    return file + ": a picture is a .png, .svg or .pdf file";
+  return writable_file(file);
 }
 
 }  // namespace tandem::cli

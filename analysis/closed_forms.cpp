@@ -1,13 +1,12 @@
 #include "analysis/closed_forms.h"
 
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 
 namespace tandem::analysis {
 
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 const core::Gain& gain_of(const core::Scene& scene, int user, int copy) {
   for (const core::CouplerParameters& c : scene.couplers)
@@ -114,7 +113,7 @@ double stiffness_in_series(double coupler, double wall) noexcept {
 }
 
 double held_damping_limit(double hand, double packet_period, int packets) noexcept {
-  return 2.0 * hand / packet_period * std::sin(kPi / (2.0 * (2.0 * packets + 1.0)));
+  return 2.0 * hand / packet_period * std::sin(std::numbers::pi / (2.0 * (2.0 * packets + 1.0)));
 }
 
 std::complex<double> mass_admittance(double mass, double omega) noexcept {
@@ -124,7 +123,7 @@ std::complex<double> mass_admittance(double mass, double omega) noexcept {
 std::complex<double> held_mass_admittance(double mass, double period, double omega) noexcept {
   // z - 1 = 2j sin(a/2) e^(ja/2), which does not cancel where omega is small.
   const double a = omega * period;
-  return period / mass / (std::polar(2.0 * std::sin(0.5 * a), 0.5 * (a + kPi)));
+  return period / mass / (std::polar(2.0 * std::sin(0.5 * a), 0.5 * (a + std::numbers::pi)));
 }
 
 std::complex<double> mass_at_wall(double mass, const core::Gain& wall, double omega) noexcept {

@@ -1,6 +1,7 @@
 #include "analysis/figures.h"
 
 #include <cmath>
+#include <numbers>
 #include <stdexcept>
 #include <utility>
 
@@ -15,8 +16,6 @@ namespace tandem::analysis {
 namespace {
 
 using core::Scene;
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// Chapter 5: b = 10 N s/m for all couplers.
 std::vector<std::string> all_damped(const std::vector<std::string>& couplers) {
@@ -137,7 +136,8 @@ ResponseFigure response_figure(const std::string& figure, const ResponseSettings
   check_axis(s.distributed, core::Architecture::kDistributed);
   const bool position = figure == "6.5";
   ResponseFigure out{figure, position ? "X/F [m/N]" : "V/F [m/(N s)]", {}, {}};
-  const double nyquist = kPi / (s.distributed.ticks_per_packet() * s.distributed.tick());
+  const double nyquist =
+      std::numbers::pi / (s.distributed.ticks_per_packet() * s.distributed.tick());
   constexpr double kFrom = 0.1;
   const double to = 0.97 * nyquist;
   if (!(to > kFrom)) throw std::domain_error("half the packet rate is below 0.1 rad/s");

@@ -40,7 +40,7 @@ struct FigureOptions {
   }
 };
 
-volatile std::sig_atomic_t interrupted = 0;
+volatile std::sig_atomic_t figure_interrupted = 0;
 
 /// What the commands print and write, collected piece by piece.
 struct Output {
@@ -121,7 +121,7 @@ void refuse_varied(const FigureOptions& o, const analysis::MapPlan& plan) {
   }
 }
 
-void map(const FigureOptions& o) {
+void map_figure(const FigureOptions& o) {
   analysis::MapPlan plan = analysis::map_plan(o.figure);
   refuse_varied(o, plan);
   if (o.scenes.size() > 1) throw CLI::ValidationError("--scene", "a map takes one scene");
@@ -145,13 +145,13 @@ void map(const FigureOptions& o) {
                           ? o.threads
                           : static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   const bool progress = isatty(STDERR_FILENO) != 0;
-  const auto before = std::signal(SIGINT, [](int) { interrupted = 1; });
+  const auto before = std::signal(SIGINT, [](int) { figure_interrupted = 1; });
   for (const double d : delays) {
     const analysis::Region r = analysis::region(plan, scene, d, threads, [&](int done, int all) {
       if (progress)
         fmt::print(stderr, "\rround trip {:g}: {} of {} rows{}", d, done, all,
                    done == all ? "\n" : "");
-      return interrupted == 0;
+      return figure_interrupted == 0;
     });
     ordered_json region;
     region["round_trip_packets"] = d;
@@ -252,7 +252,7 @@ std::pair<core::Scene, core::Scene> chapter_6(const FigureOptions& o, Output& ou
   return {std::move(one), load(distributed, for_distributed, out)};
 }
 
-void response(const FigureOptions& o) {
+void admittance_figure(const FigureOptions& o) {
   Output out;
   analysis::ResponseSettings s;
   std::tie(s.central, s.distributed) = chapter_6(o, out);
@@ -340,7 +340,7 @@ void response(const FigureOptions& o) {
   finish(o, out);
 }
 
-void table(const FigureOptions& o) {
+void table_figure(const FigureOptions& o) {
   Output out;
   const auto [central, distributed] = chapter_6(o, out);
   const double d = o.delays.empty() ? 0.0 : o.delays[0];
@@ -441,13 +441,13 @@ void add_analyze_figure(CLI::App& analyze) {
   figure->add_flag("--fast", o->fast,
                    "6.x: force held over a tick and the fundamental of the motion, instead of "
                    "force held over a packet");
-  figure->callback([o] { guarded(o, o->figure[0] == '5' ? map : response); });
+  figure->callback([o] { guarded(o, o->figure[0] == '5' ? map_figure : admittance_figure); });
 
   auto t = std::make_shared<FigureOptions>();
   CLI::App* command = add_command(
       analyze, "table", "a table of the thesis' chapter 6, beside ours and the reference analysis",
       {"6.2"}, t);
-  command->callback([t] { guarded(t, table); });
+  command->callback([t] { guarded(t, table_figure); });
 }
 
 }  // namespace tandem::cli

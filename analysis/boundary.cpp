@@ -11,9 +11,9 @@
 
 namespace tandem::analysis {
 
-namespace {
+namespace detail {
 
-using namespace detail;
+namespace {
 
 struct Point {
   double x, y;
@@ -243,6 +243,8 @@ class Tracer {
 
 }  // namespace
 
+}  // namespace detail
+
 Boundary stability_boundary(const StabilityJudge& judge, const core::Scene& scene, const Knob& x,
                             const Axis& across, const Knob& y, const Axis& up, SweepRunner& runner,
                             const BoundaryOptions& options) {
@@ -256,7 +258,7 @@ Boundary stability_boundary(const StabilityJudge& judge, const core::Scene& scen
     if (axis->from == 0.0) axis->from = 1e-4 * axis->to;
   }
   if (options.levels < 0 || options.levels > 10) throw std::invalid_argument("levels: 0 to 10");
-  return Tracer(judge, scene, x, a, y, b, runner, options).trace();
+  return detail::Tracer(judge, scene, x, a, y, b, runner, options).trace();
 }
 
 }  // namespace tandem::analysis

@@ -131,7 +131,7 @@ inline MultiRate multi_rate_of(const core::Scene& s, const core::NetworkModel& n
   using core::Architecture;
   MultiRate p;
   p.T = s.tick();
-  p.N = s.ticks_per_packet();
+  p.N = s.most_ticks_per_packet();  // whole ratios only
   const int users = static_cast<int>(s.users.size());
   const bool central = s.architecture == Architecture::kCentral;
   const int copies = central ? 1 : users;

@@ -272,8 +272,7 @@ core::LinkModelParameters modelled_link(const Condition& c, const core::Rates& r
     link.outage_period = slots(c.outage->period);
   }
   if (c.recorded) {
-    const std::vector<double>& series = fates.fates(*c.recorded, rates);
-    link.recorded = series;
+    link.recorded = fates.fates(*c.recorded, rates);
   }
   return link;
 }

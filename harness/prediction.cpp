@@ -299,7 +299,7 @@ bool is_steady(const NetworkModel& network) {
 
 NetworkModel steady_network(const Scene& scene, const NetworkModel& network, int packets) {
   NetworkModel out = network;
-  const int N = scene.most_ticks_per_packet();
+  const core::PacketSlots slots = scene.packet_slots();
   const auto mean_delay = [&](core::LinkModelParameters p) {
     p.outage_length = 0;
     core::LinkModel<int> link(p);
@@ -307,8 +307,8 @@ NetworkModel steady_network(const Scene& scene, const NetworkModel& network, int
     std::int64_t sent = 0;
     double sum = 0.0;
     std::int64_t ticks = 0;
-    for (std::int64_t slot = 0; slot < static_cast<std::int64_t>(packets) * N; ++slot) {
-      if (slot % N == 0) link.push(0, slot);
+    for (std::int64_t slot = 0; slot < slots.tick_of(packets); ++slot) {
+      if (slots.sends(slot)) link.push(0, slot);
       link.deliver(slot, [&](int, std::int64_t send_slot, std::uint64_t sequence) {
         if (sequence <= newest) return;
         newest = sequence;
@@ -319,7 +319,8 @@ NetworkModel steady_network(const Scene& scene, const NetworkModel& network, int
       ++ticks;
     }
     // A steady link of d ticks has a mean age of d + (N - 1) / 2.
-    return ticks > 0 ? std::max(0.0, sum / static_cast<double>(ticks) - 0.5 * (N - 1)) : 0.0;
+    const double waiting = 0.5 * (scene.ticks_per_packet() - 1.0);
+    return ticks > 0 ? std::max(0.0, sum / static_cast<double>(ticks) - waiting) : 0.0;
   };
   // Links of one direction differ in their seed only: one of each will do, but for the recorded.
   std::vector<std::pair<core::LinkModelParameters, double>> known;

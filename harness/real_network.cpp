@@ -54,11 +54,6 @@ void stop_if_interrupted() {
   if (Caretaker::interrupted()) throw Interrupted();
 }
 
-struct Started {
-  PlannedNode plan;
-  Child child;
-};
-
 }  // namespace
 
 const Condition& way_out(const LinkConditions& network, int site) {
@@ -129,6 +124,11 @@ class RunningSession {
   }
 
  private:
+  struct Started {
+    PlannedNode plan;
+    Child child;
+  };
+
   void fail(const std::string& why) {
     if (!session_.failure.empty()) return;
     session_.failure = why;

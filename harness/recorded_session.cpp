@@ -147,6 +147,8 @@ template <typename Key>
   link.from_name = name_of(from, scene);
   link.to_name = name_of(receiver.site, scene);
   std::map<int, std::int64_t> delays, phases;
+  // Of packet rates that are no whole part of the local rate there is no one phase.
+  const std::int64_t period = std::max<std::int64_t>(1, std::llround(scene.ticks_per_packet()));
   std::uint64_t first = 0, last = 0;
   double sum = 0.0, squares = 0.0, ages = 0.0;
   std::int64_t ticks = 0;
@@ -159,7 +161,7 @@ template <typename Key>
       if (packet->slot < first_slot) continue;
       const int delay = static_cast<int>(packet->slot - *held);
       ++delays[delay];
-      ++phases[static_cast<int>(*held % scene.most_ticks_per_packet())];
+      ++phases[static_cast<int>(*held % period)];
       sum += delay;
       squares += static_cast<double>(delay) * delay;
       if (link.used++ == 0) first = packet->packet.sequence;
@@ -193,7 +195,7 @@ RecordedSession read_session(const RealSession& session, const core::Scene& scen
   RecordedSession recorded;
   Trajectory& trajectory = recorded.trajectory;
   trajectory.tick = scene.tick();
-  trajectory.ticks_per_packet = scene.most_ticks_per_packet();
+  trajectory.ticks_per_packet = static_cast<int>(std::lround(scene.ticks_per_packet()));
   trajectory.first_slot = all_joined(nodes, scene);
   for (const Node& node : nodes) {
     trajectory.sites.push_back(trajectory_of(node, nodes, scene, packet_bytes));

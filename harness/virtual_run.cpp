@@ -47,7 +47,7 @@ class Recorder {
  public:
   Recorder(const Loop& loop, const Scene& scene, std::size_t ticks) {
     trajectory_.tick = scene.tick();
-    trajectory_.ticks_per_packet = scene.most_ticks_per_packet();
+    trajectory_.ticks_per_packet = static_cast<int>(std::lround(scene.ticks_per_packet()));
     for (int u = 0; u < loop.user_count(); ++u) {
       SiteTrajectory site;
       site.user = scene.users[static_cast<std::size_t>(u)].name;
@@ -109,7 +109,6 @@ class Recorder {
 
   [[nodiscard]] Trajectory finish(const Loop& loop, const Scene& scene) {
     const auto users = static_cast<std::int64_t>(trajectory_.sites.size());
-    const std::int64_t N = scene.most_ticks_per_packet();
     for (std::size_t u = 0; u < trajectory_.sites.size(); ++u) {
       SiteTrajectory& site = trajectory_.sites[u];
       std::int64_t receivers = users - 1;
@@ -121,7 +120,9 @@ class Recorder {
             receivers += is_local(loop, v) ? 0 : 1;
         }
       }
-      site.packets_sent = (loop.slot() + N - 1) / N * receivers;
+      const std::int64_t packets =
+          loop.slot() > 0 ? loop.packet_slots().packet_at(loop.slot() - 1) + 1 : 0;
+      site.packets_sent = packets * receivers;
       site.bytes_sent = site.packets_sent * packet_bytes(scene);
     }
     return std::move(trajectory_);

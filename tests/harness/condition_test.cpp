@@ -124,7 +124,6 @@ TEST(Condition, RecordingIsPlayedPacketByPacket) {
     if (slot % 8 == 0 && slot < 2048) link.push(slot, slot);
     link.deliver(slot, [&](int sent, std::int64_t, std::uint64_t) {
       EXPECT_EQ(slot - sent, 16);
-      EXPECT_LT(sent % 1024, 512);
       ++arrived;
     });
   }

@@ -69,7 +69,9 @@ TEST(PlaybackClock, DrawsABufferBehindAndNeverBackwards) {
     before = shown;
     // After a while: the quickest packets' way, 5 ms, and the buffer; the offset is let go by
     // 2 ms a second between quick packets, 0.1 ms here at most.
-    if (k > 100) EXPECT_NEAR(now - shown, 0.025, 2e-4);
+    if (k > 100) {
+      EXPECT_NEAR(now - shown, 0.025, 2e-4);
+    }
   }
 }
 

@@ -109,7 +109,7 @@ void apply_model(core::Scene& scene, const std::string& model) {
     scene = with_one_hand(scene, scene.users[drag_user(scene)].name);
   } else if (model == "both" || model == "one") {
     std::erase_if(scene.couplers, [](const auto& c) { return !c.user.empty(); });
-  } else if (model != "free") {
+  } else if (model != "free" && model != "own timer") {  // the timer is the network's
     throw std::invalid_argument("no model " + model);
   }
 }

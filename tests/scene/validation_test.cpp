@@ -330,7 +330,7 @@ TEST(Validation, NumbersOfUsersAndThings) {
 
 TEST(Validation, ReportsAllProblemsNotOnlyTheFirst) {
   const std::string error = error_of_named(
-      "box_distributed", {"object.box.mass=-1", "rates.packet_hz=100", "wall.wall.normal.y=0",
+      "box_distributed", {"object.box.mass=-1", "rates.packet_hz=0", "wall.wall.normal.y=0",
                           "coupler.k11.object=bix", "user.1.finger.b.device=zz"});
   for (const char* said : {"object.box.mass", "rates.packet_hz", "wall.wall.normal",
                            "coupler.k11.object", "user.1.finger.b.device"})

@@ -63,6 +63,9 @@ Shot take(std::vector<std::string> arguments, double patience = 30.0) {
   arguments.insert(arguments.begin(), "view");
   for (const char* a : {"--no-panels", "--no-labels", "--no-margin", "--size", "800x600"})
     arguments.emplace_back(a);
+  // Steep, and along the plane of symmetry: nothing hides a hand, and no bow the corners of the
+  // lid.
+  arguments.insert(arguments.end(), {"--camera", "-90,80,0.6,0,0,0"});
   arguments.insert(arguments.end(), {"--screenshot", png, "--json", json});
   Program program(arguments);
   EXPECT_EQ(program.wait(patience), 0) << program.output();

@@ -41,12 +41,12 @@ class Mouse {
 std::vector<std::string> replica(const std::string& user, const std::string& bind,
                                  const std::string& file) {
   return node({"replica", "--scene", "box_distributed", "--user", user, "--bind", bind, "--seconds",
-               "6", "--record", file, "--hands", "pointer", "--view", "--view-size", "320x240",
+               "6", "--record", file, "--hands", "pointer", "--view", "--view-size", "800x600",
                "--view-fps", "25", "--quiet"});
 }
 
 TEST(Pointer, TwoPeopleWithMiceMoveTheBoxTogetherOverUdp) {
-  XServer left("320x240"), right("320x240");
+  XServer left("800x600"), right("800x600");
   if (!left.runs() || !right.runs()) GTEST_SKIP() << "Xvfb is not installed";
   const std::string a = free_address(), b = free_address();
   const std::string files[] = {scratch("left.h5"), scratch("right.h5")};
@@ -64,7 +64,7 @@ TEST(Pointer, TwoPeopleWithMiceMoveTheBoxTogetherOverUdp) {
   // People look where things are: each moves to the middle of its own hand, pinches, and goes 50 mm
   // up in y.
   const view::Layout layout(scene::load_scene("box_distributed"));
-  const view::Picture picture = layout.camera(320.0 / 240.0).picture(320, 240);
+  const view::Picture picture = layout.camera(800.0 / 600.0).picture(800, 600);
   const auto point = [&](double up) {
     for (int u = 0; u < 2; ++u) {
       const auto at = picture.pixel(layout.place({0.0, (u == 0 ? 0.012 : -0.012) + up, 0.0}, u));

@@ -113,7 +113,7 @@ class ServerLaw {
 
   void accept(std::int64_t slot, const Inputs& inputs) noexcept;
   [[nodiscard]] Wrench touch(User& user, int o, const typename World::Placed& object) noexcept;
-  void give_way(int o, const Body& change) noexcept requires(World::kSpace == core::Space::kAxis);
+  void give_way(int o, const Body& change) noexcept;
   void finish(User& user) noexcept;
 
   World world_{};
@@ -219,14 +219,15 @@ auto ServerLaw<World>::touch(User& user, int o, const typename World::Placed& ob
 
 /// Forces at the start of the tick become those of its mean (Integrator::kExactCoupler).
 template <typename World>
-void ServerLaw<World>::give_way(int o, const Body& change) noexcept
-    requires(World::kSpace == core::Space::kAxis) {
+void ServerLaw<World>::give_way(int o, const Body& change) noexcept {
   for (int u = 0; u < user_count_; ++u)
     for (int f = 0; f < users_[u].fingers; ++f) {
       if (!users_[u].grasps[f][o].present) continue;
-      const Wrench less = World::given_way(users_[u].grasps[f][o], change);
-      users_[u].output.forces[f] += less;
-      users_[u].wrench[o] -= less;
+      if constexpr (World::kSpace == core::Space::kAxis) {
+        const Wrench less = World::given_way(users_[u].grasps[f][o], change);
+        users_[u].output.forces[f] += less;
+        users_[u].wrench[o] -= less;
+      }
     }
 }
 

@@ -95,8 +95,7 @@ class ReplicaLaw {
                                 Output& output) noexcept;
   [[nodiscard]] Wrench remote_hand(int user, int o, const typename World::Placed& object) noexcept;
   [[nodiscard]] Wrench coordinate(const Peer& peer, int o) noexcept;
-  void give_way(int o, const Body& change, Output& output) noexcept
-      requires(World::kSpace == core::Space::kAxis);
+  void give_way(int o, const Body& change, Output& output) noexcept;
   void account(const Wrench& network, const Body& before, const Body& after) noexcept;
 
   World world_{};
@@ -238,13 +237,14 @@ auto ReplicaLaw<World>::own_hand(int o, const typename World::Placed& object,
 
 /// Forces at the start of the tick become those of its mean (Integrator::kExactCoupler).
 template <typename World>
-void ReplicaLaw<World>::give_way(int o, const Body& change, Output& output) noexcept
-    requires(World::kSpace == core::Space::kAxis) {
+void ReplicaLaw<World>::give_way(int o, const Body& change, Output& output) noexcept {
   for (int f = 0; f < finger_counts_[user_]; ++f) {
     if (!grasps_[user_][f][o].present) continue;
-    const Wrench less = World::given_way(grasps_[user_][f][o], change);
-    output.forces[f] += less;
-    own_wrench_[o] -= less;
+    if constexpr (World::kSpace == core::Space::kAxis) {
+      const Wrench less = World::given_way(grasps_[user_][f][o], change);
+      output.forces[f] += less;
+      own_wrench_[o] -= less;
+    }
   }
 }
 

@@ -117,8 +117,8 @@ TEST_F(RealNetemTest, ProbeSeesWhatWasSetAndSocketsAreOnThePredictedSide) {
       there = true;
       EXPECT_NEAR(p50, 0.010, 0.3e-3);
       EXPECT_EQ(lost, 0.0);
-      // A tick is 0.98 ms. How much more the nodes take is the guest's affair, with one processor for
-      // all of them 3 to 10 ticks were seen: predictions take what was measured.
+      // A tick is 0.98 ms. How much more the nodes take is the guest's affair, with one processor
+      // for all of them 3 to 10 ticks were seen: predictions take what was measured.
       EXPECT_GE(link["delay_ticks"].get<double>(), 10.24);
     } else {
       back = true;

@@ -24,13 +24,13 @@ XServer::XServer(const std::string& size) {
     _exit(127);
   }
   close(ends[1]);
-  // Its number, when it is ready.
+  // Its number, when it is ready, and a line's end in a write of its own: a pipe closed between the
+  // two ends Xvfb.
+  std::string text;
+  char c = '\0';
   pollfd ready{ends[0], POLLIN, 0};
-  char text[16] = "";
-  if (poll(&ready, 1, 20'000) == 1) {
-    const ssize_t got = read(ends[0], text, sizeof text - 1);
-    if (got > 0) display_ = ":" + std::to_string(std::atoi(text));
-  }
+  while (poll(&ready, 1, 20'000) == 1 && read(ends[0], &c, 1) == 1 && c != '\n') text += c;
+  if (c == '\n') display_ = ":" + text;
   close(ends[0]);
 }
 

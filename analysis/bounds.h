@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 /// Passivity bounds from the literature for one sampled wall or coupler, beside which the exact
 /// answers of lifted.h stand. They ask for passivity: any hand, not this one; so they are narrower.
@@ -23,14 +24,14 @@ namespace tandem::analysis {
     const double damper = part(delay) - 2.0 * part(delay + 1) + part(delay + 2);
     return 0.5 * T * (stiffness * spring + damping / T * damper) / (1.0 - c);
   };
-  constexpr double kPi = 3.14159265358979323846;
   constexpr int kGrid = 4096;
   double best = 0.5 * T * (2.0 * delay + 1.0) * stiffness - damping;  // w -> 0
   int at = 0;
   for (int i = 1; i <= kGrid; ++i)
-    if (const double b = needed(kPi * i / kGrid); b > best) best = b, at = i;
+    if (const double b = needed(std::numbers::pi * i / kGrid); b > best) best = b, at = i;
   if (at == 0) return best;
-  double low = kPi * std::max(at - 1, 1) / kGrid, high = kPi * std::min(at + 1, kGrid) / kGrid;
+  double low = std::numbers::pi * std::max(at - 1, 1) / kGrid,
+         high = std::numbers::pi * std::min(at + 1, kGrid) / kGrid;
   for (int i = 0; i < 80; ++i) {
     const double a = low + (high - low) / 3.0, b = high - (high - low) / 3.0;
     if (needed(a) < needed(b))
@@ -111,7 +112,7 @@ namespace tandem::analysis {
   // w -> 0 in closed form.
   double least = 2.0 * device_damping * (s > 0.0 ? r / (s * s) : 1e300) - 0.5;
   for (int i = 1; i <= count; ++i) {
-    const double x = 0.5 * 3.14159265358979323846 * i / count;  // w T / 2
+    const double x = 0.5 * std::numbers::pi * i / count;  // w T / 2
     const double c = std::cos(x), cot = c / std::sin(x);
     const double real = r / (r * r + s * s * cot * cot);  // Re(1 / Z_c)
     least = std::min(least, (2.0 * device_damping * real - c * (1.0 - c)) / (x * x));

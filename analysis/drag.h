@@ -6,6 +6,7 @@
 #include <limits>
 #include <optional>
 
+#include "core/network_model.h"
 #include "core/scene.h"
 
 namespace tandem::analysis {
@@ -97,5 +98,10 @@ template <typename Loop>
   drag.settled_after_s = led.time();
   return drag;
 }
+
+/// The same for the loop that an axis scene declares over a network; throws std::domain_error where
+/// the scene is no axis.
+[[nodiscard]] Drag measure_drag(const core::Scene& scene, const core::NetworkModel& network,
+                                int user);
 
 }  // namespace tandem::analysis

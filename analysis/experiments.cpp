@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "analysis/growth.h"
 #include "analysis/linearised_grasp.h"
@@ -24,11 +25,9 @@ core::NetworkModel one_packet_round_trip(const Scene& scene) {
 
 double growth_at_grasp(const Scene& scene) {
   const Scene grasp = linearised_at_grasp(scene);
-  return with_loop_of<PlaneWorld>(grasp, one_packet_round_trip(grasp), [](auto& loop) {
-    GrowthOptions options;
-    options.amplitude = 1e-6;  // the turning of the box is linear only for small angles
-    return measure_growth(loop, options).per_packet;
-  });
+  GrowthOptions options;
+  options.amplitude = 1e-6;  // the turning of the box is linear only for small angles
+  return measure_growth(grasp, one_packet_round_trip(grasp), options).per_packet;
 }
 
 Table run_both_users(const Scene& scene, double seconds) {
@@ -96,7 +95,7 @@ struct NetForce {
 /// Net y force of user 1's fingers on its copy over whole cycles after 5 s.
 NetForce carry(const Scene& scene) {
   constexpr int kCycles = 4;
-  const double end = 5.0 + kCycles * 2.0 * 3.14159265358979323846 / kOmega;
+  const double end = 5.0 + kCycles * 2.0 * std::numbers::pi / kOmega;
   return with_loop_of<PlaneWorld>(scene, one_packet_round_trip(scene), [&](auto& loop) {
     NetForce net;
     double sum = 0.0;

@@ -10,7 +10,9 @@
 #include <vector>
 
 #include "analysis/symmetry.h"
+#include "core/network_model.h"
 #include "core/random.h"
+#include "core/scene.h"
 
 namespace tandem::analysis {
 
@@ -224,5 +226,9 @@ template <typename Loop>
   growth.per_packet = std::exp(slope.value() / packets);
   return growth;
 }
+
+/// The same for the loop that a scene declares over a network.
+[[nodiscard]] Growth measure_growth(const core::Scene& scene, const core::NetworkModel& network,
+                                    const GrowthOptions& options = {});
 
 }  // namespace tandem::analysis

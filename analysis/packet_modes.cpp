@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numbers>
 
 #include "analysis/lifted.h"
 
@@ -30,7 +31,7 @@ double turned(const LiftedSystem& system, std::vector<Complex> x) {
 std::vector<Complex> packet_modes(const LiftedSystem& system, const Judgement& judged) {
   if (system.packets == 1) return judged.eigenvalues;
   std::vector<Complex> modes;
-  constexpr double kTurn = 2.0 * 3.14159265358979323846;
+  constexpr double kTurn = 2.0 * std::numbers::pi;
   const double share = 1.0 / system.packets;
   for (const Complex& z : judged.eigenvalues) {
     const double modulus = std::pow(std::abs(z), share);

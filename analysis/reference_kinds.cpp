@@ -5,6 +5,7 @@
 #include <complex>
 #include <cstdio>
 #include <limits>
+#include <numbers>
 #include <stdexcept>
 
 #include "analysis/closed_forms.h"
@@ -92,7 +93,7 @@ void response(const std::vector<std::string>& f, const Case& c, CheckRow& row) {
     const Pushed p = pushed(c, model);
     found = admittance(p.system, p.port, w, position);
   }
-  constexpr double kDegree = 3.14159265358979323846 / 180.0;
+  constexpr double kDegree = std::numbers::pi / 180.0;
   compare(std::abs(found), size, kDampingLimit, row);
   row.deviation = std::abs(found - std::polar(size, phase * kDegree)) / size;
 }

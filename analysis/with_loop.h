@@ -1,13 +1,10 @@
 #pragma once
 
-#include <stdexcept>
 #include <utility>
 
 #include "arch_central/central_loop.h"
 #include "arch_distributed/distributed_loop.h"
-#include "core/axis_world.h"
-#include "core/plane_world.h"
-#include "core/space_world.h"
+#include "core/with_world.h"
 
 namespace tandem::analysis {
 
@@ -32,15 +29,9 @@ decltype(auto) with_loop_of(const core::Scene& scene, const core::NetworkModel& 
 /// calls must return the same type.
 template <typename Use>
 decltype(auto) with_loop(const core::Scene& scene, const core::NetworkModel& network, Use&& use) {
-  switch (scene.space) {
-    case core::Space::kAxis:
-      return with_loop_of<core::AxisWorld>(scene, network, use);
-    case core::Space::kPlane:
-      return with_loop_of<core::PlaneWorld>(scene, network, use);
-    case core::Space::kSpace:
-      return with_loop_of<core::SpaceWorld>(scene, network, use);
-  }
-  throw std::invalid_argument("a scene of no known space");
+  return core::with_world(scene, [&]<typename World>(World) -> decltype(auto) {
+    return with_loop_of<World>(scene, network, use);
+  });
 }
 
 }  // namespace tandem::analysis

@@ -3,9 +3,7 @@
 #include <stdexcept>
 
 #include "arch_central/server_law.h"
-#include "core/axis_world.h"
-#include "core/plane_world.h"
-#include "core/space_world.h"
+#include "core/with_world.h"
 #include "node/hand_port.h"
 #include "node/open_hands.h"
 #include "node/peer_port.h"
@@ -176,15 +174,7 @@ node::NodeReport run_server(const core::Scene& given, const node::NodeOptions& o
   net::PeerLink link(link_options(scene, options));
   node::tell_address(setup, link);
   link.start();
-  switch (scene.space) {
-    case core::Space::kAxis:
-      return run<core::AxisWorld>(setup, link);
-    case core::Space::kPlane:
-      return run<core::PlaneWorld>(setup, link);
-    case core::Space::kSpace:
-      return run<core::SpaceWorld>(setup, link);
-  }
-  throw std::invalid_argument("a scene of no known space");
+  return core::with_world(scene, [&]<typename World>(World) { return run<World>(setup, link); });
 }
 
 }  // namespace tandem::central

@@ -3,7 +3,6 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -12,6 +11,7 @@
 #include "analysis/lifted.h"
 #include "analysis/resampled.h"
 #include "bench/boundary_accuracy.h"
+#include "bench/processor_time.h"
 #include "bench/report.h"
 #include "scene/load_scene.h"
 
@@ -21,13 +21,6 @@ namespace {
 
 using analysis::Axis;
 using analysis::Knob;
-
-/// Processor time: seconds on one core, whatever else the machine is doing [s].
-double core_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 struct Figure {
   std::string name;

@@ -1,13 +1,13 @@
 #include "bench/boundary_accuracy.h"
 
 #include <cmath>
-#include <ctime>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "analysis/boundary.h"
 #include "analysis/roots.h"
+#include "bench/processor_time.h"
 #include "scene/load_scene.h"
 
 namespace tandem::bench {
@@ -16,12 +16,6 @@ namespace {
 
 using analysis::Axis;
 using analysis::Knob;
-
-double core_seconds() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
-}
 
 /// Fig 5.4, one packet of delay: for each stiffness between copies (x) the largest one to the other
 /// hand (y). It has one boundary in each column.

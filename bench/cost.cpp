@@ -1,7 +1,6 @@
 #include "bench/cost.h"
 
 #include <algorithm>
-#include <ctime>
 #include <functional>
 #include <memory>
 #include <string>
@@ -11,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "analysis/with_loop.h"
+#include "bench/processor_time.h"
 #include "bench/report.h"
 #include "scene/load_scene.h"
 
@@ -23,12 +23,6 @@ using nlohmann::ordered_json;
 constexpr double kFrom = 4.0;  // [s] into the session: box held and carried
 constexpr int kTicks = 2048;
 
-double thread_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
-
 /// Processor time of one tick of the whole session, from the same instant each call.
 using Timer = std::function<double()>;
 
@@ -37,9 +31,9 @@ Timer timer_of(const Scene& scene) {
     while (loop.time() < kFrom) loop.tick();
     return [start = loop]() mutable {
       auto run = start;
-      const double before = thread_ns();
+      const double before = core_ns();
       for (int k = 0; k < kTicks; ++k) run.tick();
-      return (thread_ns() - before) / kTicks;
+      return (core_ns() - before) / kTicks;
     };
   });
 }
@@ -177,14 +171,14 @@ double plain_axis_ns() {
   const double T = 1.0 / 1024.0;
   volatile double kick = 0.1;  // or the compiler works it all out before
   double xh = 0.0, vh = kick, xo = 0.0, vo = 0.0;
-  const double before = thread_ns();
+  const double before = core_ns();
   for (int i = 0; i < kTicks; ++i) {
     const double force = 1000.0 * (xh - xo) + 10.0 * (vh - vo);
     const double ah = -force / 0.1, ao = force / 0.4;
     xh += T * (vh + 0.5 * T * ah), vh += T * ah;
     xo += T * (vo + 0.5 * T * ao), vo += T * ao;
   }
-  const double took = (thread_ns() - before) / kTicks;
+  const double took = (core_ns() - before) / kTicks;
   kick = xh + xo;
   return took;
 }

@@ -74,7 +74,8 @@ std::vector<Peer> find_peers(const std::string& python) {
     const fs::path program = folder / (std::string("bench_error_") + name);
     Peer peer{name, quoted(program.string()), {}};
     if (!fs::exists(program, ignored))
-      peer.missing = fmt::format("not built: apt install {}, configure and build again", package);
+      peer.missing = fmt::format(
+          "not built: apt install {}, configure again, build the target bench_peers", package);
     peers.push_back(peer);
   }
   Peer mujoco{"mujoco", quoted(python), {}};

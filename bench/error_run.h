@@ -2,19 +2,12 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <ctime>
 #include <vector>
 
 #include "bench/error_cases.h"
+#include "bench/processor_time.h"
 
 namespace tandem::bench {
-
-/// Processor time of this thread [ns]: what others do on the machine counts little.
-[[nodiscard]] inline double thread_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
-  return 1e9 * static_cast<double>(now.tv_sec) + static_cast<double>(now.tv_nsec);
-}
 
 struct ErrorRun {
   double ns_per_s = 0.0;        ///< processor time for a simulated second [ns]
@@ -40,9 +33,9 @@ template <typename Make>
   double least = 1e300, total = 0.0;
   for (int again = 0; again < 64 && (again < 2 || total < kEnough); ++again) {
     auto model = make();
-    const double start = thread_ns();
+    const double start = core_ns();
     for (int s = 0; s < count * steps; ++s) model->step();
-    const double used = thread_ns() - start;
+    const double used = core_ns() - start;
     total += used;
     least = std::min(least, used);
   }

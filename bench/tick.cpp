@@ -13,8 +13,8 @@
 
 #include "arch_distributed/distributed_loop.h"
 #include "arch_distributed/replica_law.h"
-#include "bench/error_run.h"
 #include "bench/plain_tick.h"
+#include "bench/processor_time.h"
 #include "bench/report.h"
 #include "core/axis_world.h"
 #include "core/plane_world.h"
@@ -199,9 +199,9 @@ template <typename World>
 double virtual_speed(const core::Scene& scene) {
   distributed::DistributedLoop<World> loop(scene);
   constexpr int kSlots = 4096;
-  const double start = thread_ns();
+  const double start = core_ns();
   for (int k = 0; k < kSlots; ++k) loop.tick();
-  return kSlots * scene.tick() / ((thread_ns() - start) * 1e-9);
+  return kSlots * scene.tick() / ((core_ns() - start) * 1e-9);
 }
 
 void run(int rounds, const std::string& json_file) {

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <ctime>
 #include <fstream>
 #include <memory>
 #include <stdexcept>
@@ -20,6 +19,7 @@
 #include <nlohmann/json.hpp>
 
 #include "bench/cyclictest.h"
+#include "bench/processor_time.h"
 #include "core/periodic_schedule.h"
 #include "core/realtime.h"
 #include "core/wakeup_statistics.h"
@@ -51,12 +51,6 @@ double median(std::vector<double> values) {
   return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
 }
 
-double thread_seconds() {
-  timespec used{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &used);
-  return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
-}
-
 void add(Variant& variant, const WakeupStatistics& lateness) {
   variant.p50.push_back(1e-3 * static_cast<double>(lateness.percentile_ns(0.50)));
   variant.p99.push_back(1e-3 * static_cast<double>(lateness.percentile_ns(0.99)));
@@ -82,14 +76,14 @@ void measure(Variant& variant, double rate_hz, std::int64_t slots) {
     const std::int64_t start = clock.now_ns() + 10'000'000;
     core::PeriodicSchedule schedule(start, rate_hz, variant.spin_ns);
     constexpr std::int64_t kWarmUp = 20;  // first wake-ups fault pages in
-    const double before = thread_seconds();
+    const double before = core_seconds();
     std::int64_t slot = 0;
     while (slot < slots + kWarmUp) {
       const auto wake = schedule.wait(clock);
       slot = wake.slot + 1;
       if (wake.slot >= kWarmUp) lateness->record(wake.lateness_ns, wake.missed);
     }
-    variant.processor_seconds += thread_seconds() - before;
+    variant.processor_seconds += core_seconds() - before;
     variant.wall_seconds += 1e-9 * static_cast<double>(clock.now_ns() - start);
     add(variant, *lateness);
   });

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <thread>
 
 #include <fmt/format.h>
@@ -29,6 +30,17 @@ void AnalyzeOptions::add(CLI::App& command) {
   command.add_flag("--own-packet-timer", own_packet_timer,
                    "packets leave exactly at k / packet_hz with the state of the tick before, as "
                    "from a thread with its own timer; matters where the rates are not multiples");
+}
+
+void AnalyzeOptions::tell(const std::string& csv_file, const std::string& csv,
+                          const std::string& text, const ordered_json& object) const {
+  if (!csv_file.empty()) write_text(csv_file, csv);
+  if (!json.to_stdout()) fmt::print("{}", text);
+  json.write(object);
+}
+
+void add_csv(CLI::App& command, std::string& file, const std::string& help) {
+  command.add_option("--csv", file, help)->check(writable_file, "", "writable");
 }
 
 AnalyzedScene AnalyzeOptions::load() const {
@@ -69,12 +81,11 @@ ordered_json modes_of(const analysis::LiftedSystem& system, const analysis::Judg
                       std::string& text) {
   const double period = system.period / system.packets;
   ordered_json modes = ordered_json::array();
-  constexpr double kPi = 3.14159265358979323846;
   text += "  modes, slowest first (modulus a packet period, frequency, time constant)\n";
   int shown = 0;
   for (const auto& z : analysis::packet_modes(system, judged)) {
     if (z.imag() < 0.0 || std::abs(z) < 0.02) continue;
-    const double frequency = std::arg(z) / (2.0 * kPi * period);
+    const double frequency = std::arg(z) / (2.0 * std::numbers::pi * period);
     const double constant = -period / std::log(std::abs(z));
     modes.push_back({{"modulus", number(std::abs(z))},
                      {"frequency_hz", number(frequency)},

@@ -1,9 +1,13 @@
 #pragma once
 
+#include <memory>
+#include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis/lifted.h"
+#include "cli/commands.h"
 #include "cli/options.h"
 
 namespace tandem::cli {
@@ -29,18 +33,25 @@ struct AnalyzeOptions {
 
   void add(CLI::App& command);
   [[nodiscard]] AnalyzedScene load() const;
+  /// The three ways out: `csv` to a file if one is named, `text` to people unless standard output
+  /// is the object's, and the object.
+  void tell(const std::string& csv_file, const std::string& csv, const std::string& text,
+            const nlohmann::ordered_json& object) const;
 };
 
-/// CLI::Range that refuses what is no number too: every comparison with NaN is false.
-[[nodiscard]] inline CLI::Validator between(double low, double high) {
-  return CLI::Validator(
-      [=](std::string& text) {
-        double x = 0.0;
-        if (CLI::detail::lexical_cast(text, x) && x >= low && x <= high) return std::string();
-        return text + " is not between " + CLI::detail::to_string(low) + " and " +
-               CLI::detail::to_string(high);
-      },
-      "FLOAT in [" + CLI::detail::to_string(low) + " - " + CLI::detail::to_string(high) + "]");
+/// `--csv FILE`: what would be in it is said in the help.
+void add_csv(CLI::App& command, std::string& file, const std::string& help);
+
+/// When the command is chosen `run` gets its options; what no analysis can judge fails with why.
+template <typename Options>
+void on_call(CLI::App& command, std::shared_ptr<Options> options, void (*run)(const Options&)) {
+  command.callback([options = std::move(options), run] {
+    try {
+      run(*options);
+    } catch (const std::domain_error& e) {
+      throw Failed(e.what());
+    }
+  });
 }
 
 void add_analyze_admittance(CLI::App& analyze);

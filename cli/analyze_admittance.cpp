@@ -1,5 +1,6 @@
 #include <cmath>
 #include <complex>
+#include <numbers>
 #include <optional>
 
 #include <fmt/format.h>
@@ -40,8 +41,7 @@ void run(const AdmittanceOptions& o) {
   }
   if (o.alone) s.scene = analysis::with_one_hand(s.scene, user);
   const analysis::LiftedSystem system = s.lift();
-  constexpr double kPi = 3.14159265358979323846;
-  const double nyquist = kPi * system.packets / system.period,
+  const double nyquist = std::numbers::pi * system.packets / system.period,
                to = o.to > 0.0 ? o.to : 0.97 * nyquist;
   if (!(o.from < to) || to >= nyquist)
     throw CLI::ValidationError(
@@ -93,7 +93,8 @@ void run(const AdmittanceOptions& o) {
     const std::complex<double> jw(0.0, w);
     const auto x = 1.0 / (jw * jw * inertia + jw * wall_b + wall_k);
     const auto ideal = o.position ? x : x * jw;
-    const double phase = std::arg(g) * 180.0 / kPi, ideal_phase = std::arg(ideal) * 180.0 / kPi;
+    const double phase = std::arg(g) * 180.0 / std::numbers::pi,
+                 ideal_phase = std::arg(ideal) * 180.0 / std::numbers::pi;
     text += fmt::format("{:12.6g} {:12.6g} {:9.2f}   {:12.6g} {:9.2f}\n", w, std::abs(g), phase,
                         std::abs(ideal), ideal_phase);
     csv += fmt::format("{},{},{},{},{}\n", w, std::abs(g), phase, std::abs(ideal), ideal_phase);
@@ -103,9 +104,7 @@ void run(const AdmittanceOptions& o) {
                             {"ideal_magnitude", std::abs(ideal)},
                             {"ideal_phase_deg", ideal_phase}});
   }
-  if (!o.csv.empty()) write_text(o.csv, csv);
-  if (!o.common.json.to_stdout()) fmt::print("{}", text);
-  o.common.json.write(json);
+  o.common.tell(o.csv, csv, text, json);
 }
 
 }  // namespace
@@ -129,15 +128,8 @@ void add_analyze_admittance(CLI::App& analyze) {
   command->add_option("--count", o->count, "frequencies, evenly on a logarithmic scale")
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
-  command->add_option("--csv", o->csv, "write the response to this file")
-      ->check(writable_file, "", "writable");
-  command->callback([o] {
-    try {
-      run(*o);
-    } catch (const std::domain_error& e) {
-      throw Failed(e.what());
-    }
-  });
+  add_csv(*command, o->csv, "write the response to this file");
+  on_call(*command, o, run);
 }
 
 }  // namespace tandem::cli

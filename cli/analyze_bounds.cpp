@@ -296,9 +296,7 @@ void run(const BoundsOptions& o) {
   }
   if (json["couplers"].empty())
     throw Failed(s.scene.name + " has no coupler between hand and object");
-  if (!o.csv.empty()) write_text(o.csv, csv);
-  if (!o.common.json.to_stdout()) fmt::print("{}", text);
-  o.common.json.write(json);
+  o.common.tell(o.csv, csv, text, json);
 }
 
 }  // namespace
@@ -322,15 +320,8 @@ void add_analyze_bounds(CLI::App& analyze) {
       ->add_option("--encoder-step", o->encoder_step,
                    "[m]; default: the scene's device.encoder_step")
       ->check(between(0.0, 1.0));
-  command->add_option("--csv", o->csv, "write the bounds to this file")
-      ->check(writable_file, "", "writable");
-  command->callback([o] {
-    try {
-      run(*o);
-    } catch (const std::domain_error& e) {
-      throw Failed(e.what());
-    }
-  });
+  add_csv(*command, o->csv, "write the bounds to this file");
+  on_call(*command, o, run);
 }
 
 }  // namespace tandem::cli

@@ -161,9 +161,7 @@ void run(const CompensateOptions& o) {
   csv += "\n";
   for (int i = 0; i < static_cast<int>(s.scene.objects.size()); ++i)
     compensate_object(o, s, i, json, csv, text);
-  if (!o.csv.empty()) write_text(o.csv, csv);
-  if (!o.common.json.to_stdout()) fmt::print("{}", text);
-  o.common.json.write(json);
+  o.common.tell(o.csv, csv, text, json);
 }
 
 }  // namespace
@@ -180,15 +178,8 @@ void add_analyze_compensate(CLI::App& analyze) {
                    "part of the smallest net damping that is left; 0 is its very edge")
       ->check(between(0.0, 1.0))
       ->capture_default_str();
-  command->add_option("--csv", o->csv, "write the variants to this file")
-      ->check(writable_file, "", "writable");
-  command->callback([o] {
-    try {
-      run(*o);
-    } catch (const std::domain_error& e) {
-      throw Failed(e.what());
-    }
-  });
+  add_csv(*command, o->csv, "write the variants to this file");
+  on_call(*command, o, run);
 }
 
 }  // namespace tandem::cli

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <csignal>
 #include <fstream>
+#include <numbers>
 #include <thread>
 #include <tuple>
 #include <unistd.h>
@@ -262,7 +263,7 @@ void admittance_figure(const FigureOptions& o) {
   s.wall = wall_of(o.wall);
   s.fast = o.fast;
   const analysis::ResponseFigure figure = analysis::response_figure(o.figure, s);
-  constexpr double kDegree = 3.14159265358979323846 / 180.0;
+  constexpr double kDegree = std::numbers::pi / 180.0;
   out.json["figure"] = o.figure;
   out.json["kind"] = "response";
   out.json["scenes"] = {s.central.name, s.distributed.name};
@@ -399,8 +400,7 @@ CLI::App* add_command(CLI::App& analyze, const char* name, const char* about,
   command->add_option("--delays", o->delays, "round trips in packet periods, for example 0,1,2,3")
       ->delimiter(',')
       ->check(between(0.0, 60.0));
-  command->add_option("--csv", o->csv, "write the values to this file")
-      ->check(writable_file, "", "writable");
+  add_csv(*command, o->csv, "write the values to this file");
   command->add_option("--data", o->data, "file of the reference analysis' values")
       ->capture_default_str();
   o->json.add(*command);

@@ -11,6 +11,7 @@
 #include "analysis/random_network.h"
 #include "cli/analyze.h"
 #include "cli/commands.h"
+#include "cli/link_options.h"
 #include "cli/network_trace.h"
 
 namespace tandem::cli {
@@ -21,10 +22,9 @@ using nlohmann::ordered_json;
 
 struct NetworkOptions {
   AnalyzeOptions common;
-  double link_delay_ms = 0.0, jitter_ms = 0.0;
-  std::string jitter_kind = "normal", trace, received;
-  double loss = 0.0, burst_enter = 0.0, burst_leave = 1.0;
-  bool fifo = false, one_way = false;
+  LinkOptions link;
+  std::string trace, received;
+  bool one_way = false;
   analysis::LyapunovOptions sampling;
 };
 
@@ -41,22 +41,14 @@ NetworkTrace read_trace(const NetworkOptions& o) {
 }
 
 void add_fates(const NetworkOptions& o, std::span<const double> recorded, AnalyzedScene& s) {
-  core::LinkModelParameters link;
   const double local_hz = s.scene.rates.local_hz;
-  link.jitter_ticks = o.jitter_ms * 1e-3 * local_hz;
-  if (o.jitter_ms > 0.0)
-    link.jitter = o.jitter_kind == "uniform"       ? core::JitterKind::kUniform
-                  : o.jitter_kind == "exponential" ? core::JitterKind::kExponential
-                                                   : core::JitterKind::kNormal;
-  link.loss = o.loss;
-  link.burst_enter = o.burst_enter;
-  link.burst_leave = o.burst_leave;
-  link.first_in_first_out = o.fifo;
+  core::LinkModelParameters link = o.link.model(local_hz);
+  const double own_delay = link.delay_ticks;
   link.recorded = recorded;
   link.recorded_from_seed = true;
   for (auto& row : s.network.link)
     for (core::LinkModelParameters& one : row) {
-      link.delay_ticks = one.delay_ticks + o.link_delay_ms * 1e-3 * local_hz;
+      link.delay_ticks = one.delay_ticks + own_delay;
       one = link;
     }
   double longest = link.delay_ticks + 2.0 * link.jitter_ticks;
@@ -76,12 +68,13 @@ void add_fates(const NetworkOptions& o, std::span<const double> recorded, Analyz
 std::string said(const NetworkOptions& o, const NetworkTrace& trace) {
   std::string text;
   if (!trace.about.empty()) text += "; delays of " + trace.about;
-  if (o.link_delay_ms > 0.0) text += fmt::format("; {:g} ms one way", o.link_delay_ms);
-  if (o.jitter_ms > 0.0) text += fmt::format("; {} jitter {:g} ms", o.jitter_kind, o.jitter_ms);
-  if (o.loss > 0.0) text += fmt::format("; {:g} of the packets lost", o.loss);
-  if (o.burst_enter > 0.0)
-    text += fmt::format("; bursts of loss: into one {:g}, out of it {:g} a packet", o.burst_enter,
-                        o.burst_leave);
+  if (o.link.delay_ms > 0.0) text += fmt::format("; {:g} ms one way", o.link.delay_ms);
+  if (o.link.jitter_ms > 0.0)
+    text += fmt::format("; {} jitter {:g} ms", o.link.jitter_kind, o.link.jitter_ms);
+  if (o.link.loss > 0.0) text += fmt::format("; {:g} of the packets lost", o.link.loss);
+  if (o.link.burst_enter > 0.0)
+    text += fmt::format("; bursts of loss: into one {:g}, out of it {:g} a packet",
+                        o.link.burst_enter, o.link.burst_leave);
   return text.empty() ? "; every packet arrives in time" : text;
 }
 
@@ -175,28 +168,11 @@ void add_analyze_network(CLI::App& analyze) {
       "stability under random loss and jitter: mean square exactly, typical run sampled");
   auto o = std::make_shared<NetworkOptions>();
   o->common.add(*command);
-  CLI::Option* link =
-      command->add_option("--link-delay-ms", o->link_delay_ms, "delay of every link, one way [ms]");
-  link->check(CLI::Range(0.0, 1000.0))->excludes(command->get_option("--delay-packets"));
-  CLI::Option* jitter =
-      command->add_option("--jitter-ms", o->jitter_ms, "jitter of every packet [ms]");
-  jitter->check(CLI::Range(0.0, 500.0));
-  command
-      ->add_option("--jitter-kind", o->jitter_kind,
-                   "normal (sd), uniform (half width), exponential (mean)")
-      ->check(CLI::IsMember({"normal", "uniform", "exponential"}));
-  command->add_option("--loss", o->loss, "share of packets lost, each by itself")
-      ->check(CLI::Range(0.0, 1.0));
-  CLI::Option* enter = command->add_option(
-      "--burst-enter", o->burst_enter, "Gilbert-Elliott: into the state that loses all, a packet");
-  enter->check(CLI::Range(0.0, 1.0));
-  command->add_option("--burst-leave", o->burst_leave, "and out of it")
-      ->check(CLI::Range(0.0, 1.0))
-      ->needs(enter);
-  command->add_flag("--fifo", o->fifo, "jitter never reorders");
+  o->link.add(*command);
+  command->get_option("--burst-leave")->needs(command->get_option("--burst-enter"));
   CLI::Option* trace = command->add_option(
       "--trace", o->trace, "recorded round trips, one a line [ms]; nan: lost. Half counts one way");
-  trace->excludes(jitter);
+  trace->excludes(command->get_option("--jitter-ms"));
   CLI::Option* one_way = command->add_flag("--one-way", o->one_way, "they are one-way delays");
   one_way->needs(trace);
   command
@@ -212,13 +188,7 @@ void add_analyze_network(CLI::App& analyze) {
       ->check(CLI::Range(10, 100000000))
       ->capture_default_str();
   command->add_option("--seed", o->sampling.seed, "of the fates");
-  command->callback([o] {
-    try {
-      run(*o);
-    } catch (const std::domain_error& e) {
-      throw Failed(e.what());
-    }
-  });
+  on_call(*command, o, run);
 }
 
 }  // namespace tandem::cli

@@ -81,9 +81,7 @@ void intervals(const StabilityOptions& o, const AnalyzedScene& s, const Varied& 
   if (found.empty()) text += "  nowhere stable\n";
   json["road"] = judge.road();
   json["evaluations"] = judge.evaluations();
-  if (!o.csv.empty()) write_text(o.csv, csv);
-  if (!o.common.json.to_stdout()) fmt::print("{}", text);
-  o.common.json.write(json);
+  o.common.tell(o.csv, csv, text, json);
 }
 
 void map(const StabilityOptions& o, const AnalyzedScene& s, const Varied& x, const Varied& y) {
@@ -133,7 +131,6 @@ void map(const StabilityOptions& o, const AnalyzedScene& s, const Varied& x, con
     json["boundary"].push_back({g.x0, g.y0, g.x1, g.y1});
     csv += fmt::format("{},{},{},{}\n", g.x0, g.y0, g.x1, g.y1);
   }
-  if (!o.csv.empty()) write_text(o.csv, csv);
   std::string text = fmt::format(
       "{}, round trip {:.6g} packets\n{}  x: {}\n  y: {}\n  {} of {} cells stable; along y {} rows "
       "have several intervals, along x {}\n  boundary: {} exact segments\n",
@@ -158,8 +155,7 @@ void map(const StabilityOptions& o, const AnalyzedScene& s, const Varied& x, con
     }
     text += '\n';
   }
-  if (!o.common.json.to_stdout()) fmt::print("{}", text);
-  o.common.json.write(json);
+  o.common.tell(o.csv, csv, text, json);
   if (found.check.differ > 0)
     throw Failed(
         fmt::format("{} of {} points are judged otherwise on the running loop: do not use "
@@ -198,8 +194,7 @@ void add_analyze_stability(CLI::App& analyze) {
       ->required()
       ->expected(1, 2)
       ->allow_extra_args(false);
-  command->add_option("--csv", o->csv, "write intervals or boundary segments to this file")
-      ->check(writable_file, "", "writable");
+  add_csv(*command, o->csv, "write intervals or boundary segments to this file");
   command
       ->add_option("--check-every", o->check_every,
                    "judge one cell in so many again on the running loop; 0: none")
@@ -211,13 +206,7 @@ void add_analyze_stability(CLI::App& analyze) {
       ->check(CLI::Range(2, 1000))
       ->capture_default_str();
   o->sweep.add(*command);
-  command->callback([o] {
-    try {
-      run(*o);
-    } catch (const std::domain_error& e) {
-      throw Failed(e.what());
-    }
-  });
+  on_call(*command, o, run);
 }
 
 }  // namespace tandem::cli

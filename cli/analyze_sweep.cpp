@@ -267,21 +267,14 @@ void add_analyze_sweep(CLI::App& analyze) {
       ->check(CLI::IsMember({"growth", "felt", "margins"}))
       ->capture_default_str();
   command->add_option("--user", a->user, "whose first finger feels it (default: the first user)");
-  command->add_option("--csv", a->csv, "write all points to this file; - is stdout")
-      ->check(writable_file, "", "writable");
+  add_csv(*command, a->csv, "write all points to this file; - is stdout");
   command
       ->add_option("--check-every", a->check_every,
                    "judge one point in so many again on the running loop; 0: none")
       ->check(CLI::Range(0, 1000000))
       ->capture_default_str();
   a->sweep.add(*command);
-  command->callback([a] {
-    try {
-      run(*a);
-    } catch (const std::domain_error& e) {
-      throw Failed(e.what());
-    }
-  });
+  on_call(*command, a, run);
 }
 
 }  // namespace tandem::cli

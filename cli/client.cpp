@@ -48,7 +48,7 @@ void add_client(CLI::App& app) {
     options.user = a.user;
     options.wait = a.wait;
     if (!a.scene.empty()) options.scene = scene::load_scene(a.scene, a.sets);
-    a.node.guard(options.scene ? &*options.scene : nullptr);
+    options.node.guard = a.node.guard(options.scene ? &*options.scene : nullptr);
     if (!a.node.view && a.node.hands != "pointer")
       return finish(central::run_client(options), a.node.json);
     if (a.scene.empty() || a.user.empty())

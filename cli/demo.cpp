@@ -21,6 +21,7 @@
 #include "cli/script_path.h"
 #include "core/clock.h"
 #include "devices/load_recorded_path.h"
+#include "harness/node_plan.h"
 #include "scene/load_scene.h"
 
 namespace tandem::cli {
@@ -148,7 +149,7 @@ void perform(const DemoArguments& a, Session& s) {
           bench::run_cyclictest({.priority = a.priority,
                                  .interval_us = std::lround(1e6 * s.scene.tick()),
                                  .wakeups = std::lround(a.seconds * s.scene.rates.local_hz),
-                                 .threads = static_cast<int>(node_count(s.scene)),
+                                 .threads = harness::node_count(s.scene),
                                  .nanoseconds = false},
                                 stop);
     });

@@ -23,6 +23,7 @@
 #include "cli/commands.h"
 #include "cli/demo_viewer.h"
 #include "cli/options.h"
+#include "harness/node_plan.h"
 #include "scene/scene_text.h"
 
 namespace tandem::cli {
@@ -90,53 +91,30 @@ class PassSignals {
 };
 
 std::vector<Child> plan(const DemoRun& run) {
-  const bool central = run.scene.architecture == core::Architecture::kCentral ||
-                       run.scene.architecture == core::Architecture::kSingle;
   FreePorts ports;
+  std::vector<std::string> addresses;
+  for (int i = harness::node_count(run.scene); i > 0; --i) addresses.push_back(ports.next());
+  harness::NodePlan all;
+  all.scene_file = run.scene_file;
+  all.base = run.folder + "/" + run.prefix;
+  all.seconds = run.seconds;
+  all.address_of = [&](int i) { return addresses[static_cast<std::size_t>(i)]; };
+  all.more = run.node_arguments;
+  all.more.insert(all.more.end(),
+                  {"--status-every", "0.5", "--start-ns", std::to_string(run.start_ns)});
   std::vector<Child> children;
-  std::vector<std::string> addresses;  // of the nodes so far
-  const auto add = [&](const std::string& role, const std::string& user) -> Child& {
+  for (harness::PlannedNode& node : harness::plan_nodes(run.scene, all)) {
     Child& child = children.emplace_back();
-    child.node.user = user;
-    child.node.name = role == "server" ? role : role + " " + user;
-    const std::string base =
-        run.folder + "/" + run.prefix + "_" + (role == "server" ? role : "user_" + user);
-    child.node.recording = base + ".h5";
-    child.report_file = base + ".json";
-    addresses.push_back(ports.next());
-    child.address = addresses.back();
-    child.words = {"/proc/self/exe", role};
-    return child;
-  };
-  if (central)
-    add("server", "server").words.insert(children[0].words.end(), {"--scene", run.scene_file});
-  for (std::size_t u = 0; u < run.scene.users.size(); ++u) {
-    const core::UserParameters& user = run.scene.users[u];
-    if (central) {
-      if (user.local || run.scene.architecture == core::Architecture::kSingle) continue;
-      Child& client = add("client", user.name);
-      client.words.insert(client.words.end(),
-                          {addresses[0], "--user", user.name, "--scene", run.scene_file});
-      continue;
-    }
-    Child& replica = add("replica", user.name);
-    replica.words.insert(replica.words.end(), {"--scene", run.scene_file, "--user", user.name});
-    for (std::size_t j = 0; j < u; ++j)
-      replica.words.insert(replica.words.end(),
-                           {"--peer", run.scene.users[j].name + "=" + addresses[j]});
-  }
-  for (std::size_t i = 0; i < children.size(); ++i) {
-    auto& words = children[i].words;
-    words.insert(words.end(), {"--bind", addresses[i], "--seconds", fmt::format("{}", run.seconds),
-                               "--record", children[i].node.recording, "--json",
-                               children[i].report_file, "--status-every", "0.5"});
-    words.insert(words.end(), run.node_arguments.begin(), run.node_arguments.end());
+    child.address = addresses[children.size() - 1];
+    child.node = {node.name, node.user, node.recording, {}};
+    child.report_file = node.report_file;
+    child.words = {"/proc/self/exe"};
+    child.words.insert(child.words.end(), node.words.begin(), node.words.end());
   }
   return children;
 }
 
-void start(Child& child, std::int64_t start_ns) {
-  child.words.insert(child.words.end(), {"--start-ns", std::to_string(start_ns)});
+void start(Child& child) {
   std::vector<char*> argv;
   for (std::string& word : child.words) argv.push_back(word.data());
   argv.push_back(nullptr);
@@ -240,17 +218,11 @@ void watch(std::vector<Child>& children) {
 
 }  // namespace
 
-std::size_t node_count(const core::Scene& scene) {
-  DemoRun run;
-  run.scene = scene;
-  return plan(run).size();
-}
-
 std::vector<DemoNode> run_nodes(const DemoRun& run) {
   write_text(run.scene_file, scene::to_text(run.scene));
   std::vector<Child> children = plan(run);
   const PassSignals signals;
-  for (Child& child : children) start(child, run.start_ns);
+  for (Child& child : children) start(child);
   std::optional<DemoViewer> viewer;
   if (!run.view_picture.empty()) {
     // A quarter on, in the middle of the first carry; the nodes start two seconds from now.

@@ -29,9 +29,6 @@ struct DemoNode {
   nlohmann::ordered_json report;
 };
 
-/// How many force loops a run of this scene has.
-[[nodiscard]] std::size_t node_count(const core::Scene& scene);
-
 /// Starts all nodes of the scene's architecture together, shows how they go until they end, and
 /// reads their reports. Whatever happens to this program, none of them goes on without it.
 /// Throws Failed with what a node said when one ends badly.

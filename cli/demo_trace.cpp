@@ -6,8 +6,8 @@
 #include "analysis/with_loop.h"
 #include "cli/recorded_ticks.h"
 #include "cli/replayed_site.h"
-#include "cli/with_world.h"
 #include "core/target_path.h"
+#include "core/with_world.h"
 #include "scene/load_scene.h"
 
 namespace tandem::cli {
@@ -114,7 +114,7 @@ DemoTrace trace_recording(const std::string& file, double seconds) {
   const std::string user = reader.header().user;
   DemoTrace out;
   out.slots.resize(slot_count(scene, seconds));
-  with_world(scene, [&]<typename World>(World) {
+  core::with_world(scene, [&]<typename World>(World) {
     if (!analysis::is_central(scene))
       trace(reader, ReplayedReplica<World>(scene, user), out);
     else if (user == "server")

@@ -93,8 +93,8 @@ node::NodeOptions NodeArguments::options(const std::string& bind) const {
   return o;
 }
 
-void NodeArguments::guard(const core::Scene* scene) const {
-  guard_next_node(on_unstable == "refuse", scene);
+node::GuardMaker NodeArguments::guard(const core::Scene* scene) const {
+  return guard_maker(on_unstable == "refuse", scene);
 }
 
 void finish(const node::NodeReport& report, const JsonOption& json,

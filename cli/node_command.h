@@ -34,9 +34,9 @@ struct NodeArguments {
   void add(CLI::App& command);
   [[nodiscard]] node::NodeOptions options(const std::string& bind) const;
   [[nodiscard]] WindowArguments window_arguments() const;  ///< where there is a viewer
-  /// Predicts the scene's stability and has the node watch its delay; without a scene, when it is
-  /// known. Throws Failed: unstable whatever the network does.
-  void guard(const core::Scene* scene = nullptr) const;
+  /// What has a node watch its delay against the scene's predicted stability; without a scene it is
+  /// predicted when it is known. Throws Failed: unstable whatever the network does.
+  [[nodiscard]] node::GuardMaker guard(const core::Scene* scene) const;
 };
 
 /// Prints the report and writes its JSON, with `window` in it if that is something; throws Failed

@@ -37,6 +37,18 @@ struct JsonOption {
 /// Of an option's text, for CLI11's check: what is wrong with it; empty: nothing.
 [[nodiscard]] std::string not_negative(const std::string& number);
 
+/// CLI::Range that refuses what is no number too: every comparison with NaN is false.
+[[nodiscard]] inline CLI::Validator between(double low, double high) {
+  return CLI::Validator(
+      [=](std::string& text) {
+        double x = 0.0;
+        if (CLI::detail::lexical_cast(text, x) && x >= low && x <= high) return std::string();
+        return text + " is not between " + CLI::detail::to_string(low) + " and " +
+               CLI::detail::to_string(high);
+      },
+      "FLOAT in [" + CLI::detail::to_string(low) + " - " + CLI::detail::to_string(high) + "]");
+}
+
 /// Why the file could not be written, to be told before the work and not after it; empty: it can.
 /// "-" is standard output.
 [[nodiscard]] std::string writable_file(const std::string& file);

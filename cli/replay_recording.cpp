@@ -7,7 +7,7 @@
 
 #include "cli/recorded_ticks.h"
 #include "cli/replayed_site.h"
-#include "cli/with_world.h"
+#include "core/with_world.h"
 #include "scene/load_scene.h"
 
 namespace tandem::cli {
@@ -89,7 +89,7 @@ ReplayResult replay_recording(const std::string& file) {
   const bool central = result.scene.architecture == core::Architecture::kCentral ||
                        result.scene.architecture == core::Architecture::kSingle;
   result.role = !central ? "replica" : result.user == "server" ? "server" : "client";
-  with_world(result.scene, [&]<typename World>(World) {
+  core::with_world(result.scene, [&]<typename World>(World) {
     if (!central)
       run(reader, ReplayedReplica<World>(result.scene, result.user), result);
     else if (result.user == "server")

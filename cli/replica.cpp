@@ -82,14 +82,14 @@ void add_replica(CLI::App& app) {
       if (a.scene.empty())
         throw CLI::RequiredError("--scene NAME|FILE, or --join HOST:PORT of a running replica");
       const core::Scene own = scene::load_scene(a.scene, a.sets);
-      a.node.guard(&own);
+      options.node.guard = a.node.guard(&own);
       return run(own, options, a);
     }
     if (!a.sets.empty())
       throw CLI::ValidationError("--set", "needs --scene; with --join the scene is the host's");
     const distributed::FetchedScene fetched = distributed::fetch_scene(a.join, options);
     options.peers.push_back(fetched.host);
-    a.node.guard(&fetched.scene);
+    options.node.guard = a.node.guard(&fetched.scene);
     run(fetched.scene, options, a);
   });
 }

@@ -34,11 +34,11 @@ void add_server(CLI::App& app) {
     if (arguments->node.hands == "pointer")
       for (auto u = scene.users.rbegin(); u != scene.users.rend(); ++u)
         if (u->local || scene.architecture == core::Architecture::kSingle) user = u->name;
-    arguments->node.guard(&scene);
-    run_node(
-        {scene, "server", user,
-         [&](const node::NodeOptions& options) { return central::run_server(scene, options); }},
-        arguments->node.options(arguments->bind), arguments->node);
+    node::NodeOptions options = arguments->node.options(arguments->bind);
+    options.guard = arguments->node.guard(&scene);
+    run_node({scene, "server", user,
+              [&](const node::NodeOptions& o) { return central::run_server(scene, o); }},
+             options, arguments->node);
   });
 }
 

@@ -12,6 +12,7 @@
 #include "analysis/linearised_grasp.h"
 #include "analysis/with_loop.h"
 #include "cli/commands.h"
+#include "cli/link_options.h"
 #include "cli/options.h"
 #include "cli/picture.h"
 #include "scene/load_scene.h"
@@ -28,10 +29,8 @@ struct SimulateOptions {
   std::string experiment, csv, picture;
   double seconds = 20.0;
   double delay_packets = 0.0;
-  double link_delay_ms = 0.0, jitter_ms = 0.0;
-  std::string jitter_kind = "normal";
-  double loss = 0.0, duplicate = 0.0, burst_enter = 0.0, burst_leave = 1.0;
-  bool fifo = false;
+  LinkOptions link;
+  double duplicate = 0.0;
   std::uint64_t seed = 1;
   bool no_growth = false;
 };
@@ -39,7 +38,7 @@ struct SimulateOptions {
 /// What does not fit in a modelled link would be dropped silently, all of it.
 void demand_room_in_flight(const SimulateOptions& o, const core::Scene& scene) {
   constexpr double kRoom = 60.0;  // packets; a link holds 64
-  const double longest_s = 1e-3 * (o.link_delay_ms + 2.0 * o.jitter_ms);
+  const double longest_s = 1e-3 * (o.link.delay_ms + 2.0 * o.link.jitter_ms);
   const double in_flight = longest_s * scene.rates.packet_hz;
   if (in_flight <= kRoom) return;
   throw CLI::ValidationError(
@@ -48,24 +47,14 @@ void demand_room_in_flight(const SimulateOptions& o, const core::Scene& scene) {
           "delay {:g} ms and twice the jitter {:g} ms keep {:.0f} packets in flight at {:g} "
           "packets a second; a modelled link holds {:.0f}: together at most {:.0f} ms, or "
           "lower rates.packet_hz",
-          o.link_delay_ms, o.jitter_ms, in_flight, scene.rates.packet_hz, kRoom,
+          o.link.delay_ms, o.link.jitter_ms, in_flight, scene.rates.packet_hz, kRoom,
           std::floor(1e3 * kRoom / scene.rates.packet_hz)));
 }
 
 core::NetworkModel network_of(const SimulateOptions& o, const core::Scene& scene) {
   demand_room_in_flight(o, scene);
-  core::LinkModelParameters link;
-  link.delay_ticks = o.link_delay_ms * 1e-3 * scene.rates.local_hz;
-  link.jitter_ticks = o.jitter_ms * 1e-3 * scene.rates.local_hz;
-  if (o.jitter_ms > 0.0)
-    link.jitter = o.jitter_kind == "uniform"       ? core::JitterKind::kUniform
-                  : o.jitter_kind == "exponential" ? core::JitterKind::kExponential
-                                                   : core::JitterKind::kNormal;
-  link.loss = o.loss;
+  core::LinkModelParameters link = o.link.model(scene.rates.local_hz);
   link.duplicate = o.duplicate;
-  link.burst_enter = o.burst_enter;
-  link.burst_leave = o.burst_leave;
-  link.first_in_first_out = o.fifo;
   link.seed = o.seed;
   core::NetworkModel network;
   network.set_all(link);
@@ -244,8 +233,7 @@ void simulate_scene(const SimulateOptions& o) {
     analysis::GrowthOptions options;
     options.seed = o.seed;
     if (scene.space != core::Space::kAxis) options.amplitude = 1e-6;
-    const auto growth = analysis::with_loop(
-        linear, steady, [&](auto& loop) { return analysis::measure_growth(loop, options); });
+    const analysis::Growth growth = analysis::measure_growth(linear, steady, options);
     json["growth_per_packet"] = number(growth.per_packet);
     json["growth_is"] = std::isfinite(growth.per_packet) ? "measured" : "beyond all numbers";
     json["states"] = growth.states;
@@ -265,9 +253,7 @@ void simulate_scene(const SimulateOptions& o) {
   if (has_object && scene.space == core::Space::kAxis) {
     const int user = analysis::drag_user(scene);
     const core::Scene alone = analysis::with_one_hand(scene, scene.users[user].name);
-    const auto drag = analysis::with_loop_of<core::AxisWorld>(alone, steady, [&](auto& loop) {
-      return analysis::measure_drag(loop, user, scene.tick());
-    });
+    const analysis::Drag drag = analysis::measure_drag(alone, steady, user);
     json["drag_n_s_per_m"] = drag.n_s_per_m ? number(*drag.n_s_per_m) : nullptr;
     json["drag_user"] = scene.users[user].name;
     json["drag_motion_prescribed"] = drag.prescribed;
@@ -399,22 +385,9 @@ void add_simulate(CLI::App& app) {
                    "round trip in packet periods, all on link 1 to 2 (central: on the force)")
       ->check(CLI::Range(0.0, 60.0))
       ->capture_default_str();
-  command->add_option("--link-delay-ms", o->link_delay_ms, "delay of every link, one way [ms]")
-      ->check(CLI::Range(0.0, 1000.0));
-  command->add_option("--jitter-ms", o->jitter_ms, "jitter of every link [ms]")
-      ->check(CLI::Range(0.0, 500.0));
-  command
-      ->add_option("--jitter-kind", o->jitter_kind,
-                   "normal (sd), uniform (half width), exponential (mean)")
-      ->check(CLI::IsMember({"normal", "uniform", "exponential"}));
-  command->add_option("--loss", o->loss, "share of packets lost")->check(CLI::Range(0.0, 1.0));
+  o->link.add(*command);
   command->add_option("--duplicate", o->duplicate, "share of packets doubled")
-      ->check(CLI::Range(0.0, 1.0));
-  command->add_option("--burst-enter", o->burst_enter, "Gilbert-Elliott: into the lossy state")
-      ->check(CLI::Range(0.0, 1.0));
-  command->add_option("--burst-leave", o->burst_leave, "and out of it, per packet")
-      ->check(CLI::Range(0.0, 1.0));
-  command->add_flag("--fifo", o->fifo, "jitter never reorders");
+      ->check(between(0.0, 1.0));
   command->add_option("--seed", o->seed, "of the network's fates and of the random state");
   command->add_flag("--no-growth", o->no_growth, "leave out the growth measurement");
   command->add_option("--csv", o->csv, "trajectory, one row a packet period");
@@ -423,7 +396,6 @@ void add_simulate(CLI::App& app) {
                           "--jitter-ms", "--jitter-kind", "--loss", "--duplicate", "--burst-enter",
                           "--burst-leave", "--fifo", "--seed", "--no-growth"})
     experiment->excludes(command->get_option(own));
-  command->get_option("--delay-packets")->excludes(command->get_option("--link-delay-ms"));
   command->callback([o] { o->experiment.empty() ? simulate_scene(*o) : run_experiment(*o); });
 }
 

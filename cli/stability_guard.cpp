@@ -186,7 +186,7 @@ node::StabilityPrediction predict_stability(const core::Scene& scene) {
   return out;
 }
 
-void guard_next_node(bool refuses, const core::Scene* scene) {
+node::GuardMaker guard_maker(bool refuses, const core::Scene* scene) {
   struct Known {
     std::uint64_t hash = 0;
     node::StabilityPrediction prediction;
@@ -199,11 +199,11 @@ void guard_next_node(bool refuses, const core::Scene* scene) {
           known->prediction.text + "\nrefused: the scene is unstable whatever the network " +
           "does (--on-unstable warn runs it all the same); " + known->prediction.advice(0));
   }
-  node::set_guard_maker([known, refuses](const core::Scene& of) {
+  return [known, refuses](const core::Scene& of) {
     const bool same = known->hash != 0 && known->hash == scene::shared_hash(of);
     return std::make_unique<node::StabilityGuard>(same ? known->prediction : predict_stability(of),
                                                   refuses, of.tick());
-  });
+  };
 }
 
 }  // namespace tandem::cli

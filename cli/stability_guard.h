@@ -16,8 +16,8 @@ namespace tandem::cli {
 /// as options to give: the smallest change of one kind of coupler, else of all. For people.
 [[nodiscard]] std::string advice(const core::Scene& scene, int ticks);
 
-/// Guards the node that runs next in this process. `refuses`: else it warns. Where `scene` is
-/// given it is predicted at once; throws Failed if it is refused however short the delay.
-void guard_next_node(bool refuses, const core::Scene* scene);
+/// What guards a node. `refuses`: else it warns. Where `scene` is given it is predicted at once;
+/// throws Failed if it is refused however short the delay.
+[[nodiscard]] node::GuardMaker guard_maker(bool refuses, const core::Scene* scene);
 
 }  // namespace tandem::cli

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <fstream>
 #include <memory>
+#include <numbers>
 #include <sstream>
 #include <tuple>
 #include <vector>
@@ -92,7 +93,7 @@ view::Camera parse_camera(const std::string& text) {
     throw CLI::ValidationError("--camera", "\"" + text +
                                                "\" is not AZIMUTH,ELEVATION,DISTANCE[,X,Y,Z]: "
                                                "degrees, -89 to 89 degrees, metres above 0");
-  constexpr double kDegree = 3.14159265358979323846 / 180.0;
+  constexpr double kDegree = std::numbers::pi / 180.0;
   view::Camera c;
   c.azimuth = numbers[0] * kDegree;
   c.elevation = numbers[1] * kDegree;

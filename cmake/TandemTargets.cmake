@@ -69,6 +69,10 @@ function(tandem_test_is_chosen result)
   set(${result} ${chosen} PARENT_SCOPE)
 endfunction()
 
+# Tests wait for compilers longer than they run: in release builds their own sources are compiled at
+# -O1, what they test in libraries as always. Hard cases are for optimised code (label `hard`).
+set(tandem_test_options $<$<CONFIG:Release>:-O1>)
+
 # Lets a test use precompiled GoogleTest headers; they belong to a small program made for that.
 function(tandem_precompile_gtest test)
   if(NOT TANDEM_PRECOMPILE)
@@ -79,6 +83,7 @@ function(tandem_precompile_gtest test)
     add_executable(tandem_precompiled_gtest EXCLUDE_FROM_ALL ${PROJECT_BINARY_DIR}/precompiled_gtest.cpp)
     target_link_libraries(tandem_precompiled_gtest PRIVATE GTest::gtest tandem_options)
     target_compile_features(tandem_precompiled_gtest PRIVATE cxx_std_20)
+    target_compile_options(tandem_precompiled_gtest PRIVATE ${tandem_test_options})
     set_target_properties(tandem_precompiled_gtest PROPERTIES CXX_EXTENSIONS OFF)
     target_precompile_headers(tandem_precompiled_gtest PRIVATE <gtest/gtest.h>)
   endif()
@@ -99,7 +104,10 @@ function(tandem_add_test name)
   target_compile_definitions(${name} PRIVATE TANDEM_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests
     CXX_EXTENSIONS OFF)
-  tandem_precompile_gtest(${name})
+  if(NOT "hard" IN_LIST arg_LABELS)
+    target_compile_options(${name} PRIVATE ${tandem_test_options})
+    tandem_precompile_gtest(${name})
+  endif()
   tandem_test_is_chosen(chosen ${arg_LABELS})
   if(NOT chosen)
     set_target_properties(${name} PROPERTIES EXCLUDE_FROM_ALL ON)
@@ -133,4 +141,18 @@ function(tandem_add_program_at name)
   target_compile_options(${name} PRIVATE ${arg_FLAGS})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests
     CXX_EXTENSIONS OFF)
+endfunction()
+
+# tandem_add_schema(<target> <file.proto>): compiles a schema into a library; its own sources include it
+# as "FOLDER/NAME.pb.h". Generated code is compiled without our warnings and stays inside.
+function(tandem_add_schema target proto)
+  set(generated ${CMAKE_CURRENT_BINARY_DIR}/generated)
+  file(RELATIVE_PATH folder ${PROJECT_SOURCE_DIR} ${CMAKE_CURRENT_SOURCE_DIR})
+  file(MAKE_DIRECTORY ${generated}/${folder})
+  protobuf_generate(LANGUAGE cpp OUT_VAR sources PROTOC_OUT_DIR ${generated}/${folder}
+    PROTOS ${CMAKE_CURRENT_SOURCE_DIR}/${proto})
+  set_source_files_properties(${sources} PROPERTIES COMPILE_OPTIONS "-w")
+  target_sources(${target} PRIVATE ${sources})
+  target_include_directories(${target} SYSTEM PRIVATE $<BUILD_INTERFACE:${generated}>)
+  target_link_libraries(${target} PRIVATE protobuf::libprotobuf)
 endfunction()

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <numbers>
+
 #include "core/plane_state.h"
 #include "core/scene.h"
 
@@ -11,10 +13,9 @@ namespace tandem::core {
 /// other's packets were away) and must not be wound back. The torque changes sign at half a turn,
 /// where no direction is better than the other.
 [[nodiscard]] inline double twist(double other, double self) noexcept {
-  constexpr double kPi = 3.14159265358979323846;
   double difference = other - self;
-  if (difference > kPi || difference < -kPi)
-    difference -= 2.0 * kPi * std::floor(difference / (2.0 * kPi) + 0.5);
+  if (difference > std::numbers::pi || difference < -std::numbers::pi)
+    difference -= 2.0 * std::numbers::pi * std::floor(difference / (2.0 * std::numbers::pi) + 0.5);
   return difference;
 }
 

@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "core/box_faces.h"
 #include "core/contact_law.h"
 #include "core/plane_state.h"
 
@@ -49,40 +50,6 @@ struct FingerInBox {
   return {arm, body.to_body(arm), body.to_body(relative)};
 }
 
-/// The nearest face of a box, for a finger that is met inside it without a past.
-[[nodiscard]] inline int nearest_side(const Vec2& reach, const Vec2& p_B) noexcept {
-  const double depth_x = reach.x - std::fabs(p_B.x), depth_y = reach.y - std::fabs(p_B.y);
-  if (depth_x <= depth_y) return p_B.x < 0.0 ? 1 : 0;
-  return p_B.y < 0.0 ? 3 : 2;
-}
-
-/// The face through which the straight way from `from` to `to` enters a box of half lengths
-/// `reach`, or -1. `from` is outside. A way that enters is caught even when it ends beyond the
-/// opposite face (thin box, fast finger); one that only clips a corner and ends beside the entered
-/// face is not.
-[[nodiscard]] inline int entered_side(const Vec2& reach, const Vec2& from,
-                                      const Vec2& to) noexcept {
-  int side = -1;
-  double entry = -1.0;
-  for (int axis = 0; axis < 2; ++axis) {
-    const double a = from[axis], b = to[axis], h = reach[axis];
-    if (std::fabs(a) < h) continue;  // between the two faces of this axis already
-    const bool negative = a < 0.0;
-    const double outside = std::fabs(a) - h;
-    const double progress = negative ? b - a : a - b;
-    if (!(progress > outside)) return -1;  // does not reach this slab at all
-    const double when = outside / progress;
-    if (when > entry) {
-      entry = when;
-      side = 2 * axis + (negative ? 1 : 0);
-    }
-  }
-  if (side < 0) return -1;
-  const int other = side < 2 ? 1 : 0;
-  const double across = from[other] + (to[other] - from[other]) * entry;
-  return std::fabs(across) <= reach[other] && std::fabs(to[other]) < reach[other] ? side : -1;
-}
-
 /// A finger with radius whose centre has gone past the end of its face and below it has rolled
 /// round the corner: it goes on against the neighbouring face, at zero stretch.
 [[nodiscard]] inline int round_corner(FingerBoxContact& contact, const PlaneBox& box,
@@ -125,9 +92,9 @@ inline void release(FingerBoxContact& contact) noexcept { contact = {}; }
   if (contact.memory.state == ContactState::kFree) {
     const bool was_inside = std::fabs(before.x) < reach.x && std::fabs(before.y) < reach.y;
     if (!seen || was_inside)
-      side = inside ? nearest_side(reach, at.p_B) : -1;
+      side = inside ? nearest_face(reach, at.p_B) : -1;
     else
-      side = entered_side(reach, before, at.p_B);
+      side = entered_face(reach, before, at.p_B);
     if (side < 0) return {};
     contact.side = static_cast<std::uint8_t>(side);
   }
@@ -179,7 +146,7 @@ struct AttachedContact {
 [[nodiscard]] inline AttachedContact attach(const PlaneBox& box, const PlacedBody& body,
                                             const PlanePoint& finger) noexcept {
   const Vec2 p_B = body.to_body(finger.p - body.p);
-  const int side = nearest_side(box.half, p_B);
+  const int side = nearest_face(box.half, p_B);
   const double sign = (side & 1) ? -1.0 : 1.0;
   return {p_B, side < 2 ? Vec2{sign, 0.0} : Vec2{0.0, sign}};
 }

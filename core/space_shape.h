@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/box_faces.h"
 #include "core/scene.h"
 #include "core/space_state.h"
 
@@ -28,50 +29,8 @@ struct SurfacePoint {
   double depth = 0.0;            ///< of the finger below the surface; <= 0 is apart [m]
 };
 
-/// The nearest face of a box (0 +x, 1 -x, 2 +y, 3 -y, 4 +z, 5 -z), for a finger that is met inside
-/// it without a past.
-[[nodiscard]] inline int nearest_face(const Vec3& reach, const Vec3& p_B) noexcept {
-  int axis = 0;
-  double least = reach.x - std::fabs(p_B.x);
-  for (int i = 1; i < 3; ++i) {
-    const double depth = reach[i] - std::fabs(p_B[i]);
-    if (depth < least) least = depth, axis = i;
-  }
-  return 2 * axis + (p_B[axis] < 0.0 ? 1 : 0);
-}
-
 [[nodiscard]] inline bool is_inside(const Vec3& reach, const Vec3& p_B) noexcept {
   return std::fabs(p_B.x) < reach.x && std::fabs(p_B.y) < reach.y && std::fabs(p_B.z) < reach.z;
-}
-
-/// The face through which the straight way from `from` to `to` enters a box of half lengths
-/// `reach`, or -1. `from` is outside. A way that enters is caught even when it ends beyond the
-/// opposite face (thin box, fast finger); one that only clips an edge and ends beside the entered
-/// face is not.
-[[nodiscard]] inline int entered_face(const Vec3& reach, const Vec3& from,
-                                      const Vec3& to) noexcept {
-  int face = -1;
-  double entry = -1.0;
-  for (int axis = 0; axis < 3; ++axis) {
-    const double a = from[axis], b = to[axis], h = reach[axis];
-    if (std::fabs(a) < h) continue;  // between the two faces of this axis already
-    const bool negative = a < 0.0;
-    const double outside = std::fabs(a) - h;
-    const double progress = negative ? b - a : a - b;
-    if (!(progress > outside)) return -1;  // does not reach this slab at all
-    const double when = outside / progress;
-    if (when > entry) {
-      entry = when;
-      face = 2 * axis + (negative ? 1 : 0);
-    }
-  }
-  if (face < 0) return -1;
-  for (int axis = 0; axis < 3; ++axis) {
-    if (axis == face >> 1) continue;
-    const double across = from[axis] + (to[axis] - from[axis]) * entry;
-    if (std::fabs(across) > reach[axis] || !(std::fabs(to[axis]) < reach[axis])) return -1;
-  }
-  return face;
 }
 
 /// The surface of a box under a finger that came in through `face`. That face stays, however deep

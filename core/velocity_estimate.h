@@ -1,5 +1,7 @@
 #pragma once
 
+#include <numbers>
+
 #include "core/components.h"
 #include "core/elementary.h"
 
@@ -16,7 +18,7 @@ class VelocityEstimate {
   VelocityEstimate() noexcept = default;
   VelocityEstimate(double cutoff_hz, double T) noexcept
       : inverse_T_(1.0 / T),
-        keep_(cutoff_hz > 0.0 ? natural_exp(-2.0 * 3.14159265358979323846 * cutoff_hz * T) : 0.0) {}
+        keep_(cutoff_hz > 0.0 ? natural_exp(-2.0 * std::numbers::pi * cutoff_hz * T) : 0.0) {}
 
   [[nodiscard]] V update(const V& position) noexcept {
     if (!primed_) {

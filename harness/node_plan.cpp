@@ -58,8 +58,6 @@ std::vector<PlannedNode> plan_nodes(const core::Scene& scene, const NodePlan& pl
     append(nodes[i].words, {"--bind", plan.address_of(static_cast<int>(i)), "--seconds",
                             fmt::format("{}", plan.seconds), "--record", nodes[i].recording,
                             "--json", nodes[i].report_file});
-    // Sweeps look beyond the boundary on purpose.
-    append(nodes[i].words, {"--on-unstable", "warn"});
     append(nodes[i].words, plan.more);
   }
   return nodes;

@@ -157,7 +157,9 @@ class RunningSession {
       return fmt::format("{}:{}", network_.spaces_.address_of(site), kNodePort);
     };
     plan.more = real_time_words();
-    plan.more.insert(plan.more.end(), {"--start-ns", std::to_string(session_.start_ns)});
+    // Sweeps look beyond the boundary on purpose.
+    plan.more.insert(plan.more.end(),
+                     {"--on-unstable", "warn", "--start-ns", std::to_string(session_.start_ns)});
     for (PlannedNode& node : plan_nodes(request_.scene, plan)) {
       std::error_code ignored;
       for (const std::string& old : {node.recording, node.report_file})

@@ -7,6 +7,7 @@
 #include "core/realtime.h"
 #include "core/view_tap.h"
 #include "devices/pointer_feed.h"
+#include "node/stability_guard.h"
 
 namespace tandem::node {
 
@@ -27,7 +28,8 @@ struct NodeOptions {
   std::string record_file;    ///< empty: nothing is recorded
   HandOptions hands;
   core::RealtimeRequest realtime;
-  core::ViewTap* window = nullptr;      ///< set: the force loop leaves its ticks here for a window
+  GuardMaker guard;                 ///< watches the delay against a prediction; empty: nothing does
+  core::ViewTap* window = nullptr;  ///< set: the force loop leaves its ticks here for a window
   std::optional<std::int64_t> spin_ns;  ///< not given: what suits the grant
   double status_every = 0.0;  ///< [s] between status lines; 0: live on a terminal, else every 5 s
   bool quiet = false;         ///< no status at all

@@ -11,19 +11,11 @@ namespace tandem::node {
 
 namespace {
 
-GuardMaker& maker() {
-  static GuardMaker one;
-  return one;
-}
-
 /// Back inside only so much below the limit [ticks]: a delay at the limit is not told of again and
 /// again.
 constexpr double kHysteresis = 0.5;
 
 }  // namespace
-
-void set_guard_maker(GuardMaker given) { maker() = std::move(given); }
-const GuardMaker& guard_maker() { return maker(); }
 
 void DelayMedian::record(double now, double round_trip) {
   seen_.emplace_back(now, round_trip);

@@ -70,9 +70,4 @@ class StabilityGuard {
 /// Makes the guard of a session's scene; may return none.
 using GuardMaker = std::function<std::unique_ptr<StabilityGuard>(const core::Scene&)>;
 
-/// The guard of the node that runs next in this process; an empty one: none. One node runs in a
-/// process at a time (its signals are the process's, too).
-void set_guard_maker(GuardMaker maker);
-[[nodiscard]] const GuardMaker& guard_maker();
-
 }  // namespace tandem::node

@@ -34,7 +34,7 @@ class DelayWatch {
  public:
   DelayWatch(const SessionSetup& setup, net::PeerLink& link, StopRequest& stop)
       : setup_(setup), link_(link), stop_(stop) {
-    if (guard_maker()) guard_ = guard_maker()(setup.scene);
+    if (setup.options.guard) guard_ = setup.options.guard(setup.scene);
     if (guard_ != nullptr) act(guard_->at_start());
   }
 

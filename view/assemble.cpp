@@ -3,9 +3,7 @@
 #include <algorithm>
 #include <stdexcept>
 
-#include "core/axis_world.h"
-#include "core/plane_world.h"
-#include "core/space_world.h"
+#include "core/with_world.h"
 #include "view/from_world.h"
 
 namespace tandem::view {
@@ -20,18 +18,6 @@ Body body_from(const std::array<double, core::kMaxObjectValues>& values) {
   typename World::Body body;
   World::visit_body(body, core::detail::UnpackVisitor{&packet});
   return body_of(body);
-}
-
-template <typename Work>
-void with_world(const core::Scene& scene, Work&& work) {
-  switch (scene.space) {
-    case core::Space::kAxis:
-      return work(core::AxisWorld{});
-    case core::Space::kPlane:
-      return work(core::PlaneWorld{});
-    case core::Space::kSpace:
-      return work(core::SpaceWorld{});
-  }
 }
 
 }  // namespace
@@ -74,7 +60,7 @@ void Assembler::take(const core::TickRecord& tick) {
   }
   Site& own = now_.sites[static_cast<std::size_t>(now_.own)];
   own.has_objects = !scene_.objects.empty();
-  with_world(scene_, [&]<typename World>(World) {
+  core::with_world(scene_, [&]<typename World>(World) {
     for (std::size_t o = 0; o < scene_.objects.size(); ++o)
       own.objects[o] = body_from<World>(tick.objects[o]);
   });
@@ -96,7 +82,7 @@ void Assembler::take(const core::PacketRecord& record, std::int64_t count) {
   const int fingers = static_cast<int>(scene_.users[u].fingers.size());
   const bool copies = now_.own != kServerSite;
   const core::SiteCounts counts{fingers, copies ? static_cast<int>(scene_.objects.size()) : 0};
-  with_world(scene_, [&]<typename World>(World) {
+  core::with_world(scene_, [&]<typename World>(World) {
     core::SiteState<World> state;
     core::unpack(record.packet, counts, state);
     set_hand(site, state.fingers, fingers, state.contact_bits);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numbers>
 
 #include <fmt/format.h>
 #include <glm/geometric.hpp>
@@ -80,7 +81,7 @@ void add_object(Drawing& out, const Layout& l, int o, const Body& body, const Co
       constexpr int kPieces = 48;
       for (int i = 0; i < kPieces; ++i) {
         const auto at = [&](int k) {
-          const double a = 2.0 * 3.14159265358979 * k / kPieces;
+          const double a = 2.0 * std::numbers::pi * k / kPieces;
           return p + turn * Vec3{0.502 * size.x * std::cos(a), 0.502 * size.x * std::sin(a), 0.0};
         };
         out.lines.push_back({.a = at(i), .b = at(i + 1), .colour = edge, .width = 1.5f});

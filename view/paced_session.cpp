@@ -8,11 +8,9 @@
 
 #include "arch_central/central_loop.h"
 #include "arch_distributed/distributed_loop.h"
-#include "core/axis_world.h"
 #include "core/clock.h"
 #include "core/modelled_port.h"
-#include "core/plane_world.h"
-#include "core/space_world.h"
+#include "core/with_world.h"
 #include "view/from_world.h"
 
 namespace tandem::view {
@@ -157,23 +155,12 @@ void PacedSession::use(const core::Scene& scene) {
 
 PacedSession::PacedSession(const core::Scene& scene, const Options& options)
     : options_(options), T_(scene.tick()), ticks_per_packet_(scene.most_ticks_per_packet()) {
-  const auto make = [&]<typename World>(World) {
+  core::with_world(scene, [&]<typename World>(World) {
     if (is_central(scene))
       use<central::CentralLoop<World>>(scene);
     else
       use<distributed::DistributedLoop<World>>(scene);
-  };
-  switch (scene.space) {
-    case core::Space::kAxis:
-      make(core::AxisWorld{});
-      break;
-    case core::Space::kPlane:
-      make(core::PlaneWorld{});
-      break;
-    case core::Space::kSpace:
-      make(core::SpaceWorld{});
-      break;
-  }
+  });
   Snapshot first;
   fill_(first);
   newest_.publish(first);

@@ -6,7 +6,6 @@
 
 #include "analysis/drag.h"
 #include "analysis/lifted.h"
-#include "analysis/with_loop.h"
 #include "scene/load_scene.h"
 
 namespace tandem::analysis {
@@ -58,9 +57,7 @@ TEST(Compensator, OfTheRuleLeavesPositiveDragAtEveryDelay) {
     EXPECT_TRUE(r.stable());
     for (const auto& user : r.drag) EXPECT_GT(user[0], 0.1);
     const core::Scene alone = with_one_hand(with, "1");
-    const auto run = with_loop_of<core::AxisWorld>(alone, round_trip(scene, d), [&](auto& loop) {
-      return measure_drag(loop, 0, scene.tick());
-    });
+    const Drag run = measure_drag(alone, round_trip(scene, d), 0);
     EXPECT_FALSE(run.prescribed) << "a steady state under force: drag is positive";
     EXPECT_NEAR(run.n_s_per_m.value_or(0.0), r.drag[0][0], 1e-6) << d;
   }

@@ -2,7 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include "analysis/with_loop.h"
 #include "scene/load_scene.h"
 
 namespace tandem::analysis {
@@ -13,8 +12,7 @@ Drag drag_of(const core::Scene& scene, double delay_packets) {
   network.set_round_trip(delay_packets, scene.ticks_per_packet());
   const int user = drag_user(scene);
   const core::Scene alone = with_one_hand(scene, scene.users[user].name);
-  return with_loop_of<core::AxisWorld>(
-      alone, network, [&](auto& loop) { return measure_drag(loop, user, scene.tick()); });
+  return measure_drag(alone, network, user);
 }
 
 // Reference analysis, 4.1: exact by a direct solve, affine in the delay.

@@ -8,7 +8,6 @@
 #include <gtest/gtest.h>
 
 #include "analysis/linearised_grasp.h"
-#include "analysis/with_loop.h"
 #include "core/random.h"
 #include "scene/load_scene.h"
 #include "tests/analysis/resampled_model.h"
@@ -19,11 +18,9 @@ namespace {
 double growth_of(const core::Scene& scene, double delay_packets, double amplitude = 1.0) {
   core::NetworkModel network;
   network.set_round_trip(delay_packets, scene.ticks_per_packet());
-  return with_loop(scene, network, [&](auto& loop) {
-    GrowthOptions options;
-    options.amplitude = amplitude;
-    return measure_growth(loop, options).per_packet;
-  });
+  GrowthOptions options;
+  options.amplitude = amplitude;
+  return measure_growth(scene, network, options).per_packet;
 }
 
 // The slope of a logarithm over 6000 periods is exact to about |log(first/last mode)| / 6000; the
@@ -140,9 +137,7 @@ TEST(Growth, RefusesANetworkWithFates) {
   core::NetworkModel network;
   network.set_round_trip(2.0, scene.ticks_per_packet());
   network.link[0][1].loss = 0.1;
-  EXPECT_THROW(
-      with_loop(scene, network, [](auto& loop) { return measure_growth(loop, {}).per_packet; }),
-      std::invalid_argument);
+  EXPECT_THROW((void)measure_growth(scene, network), std::invalid_argument);
 }
 
 // A copy of 0.01 kg on its dampers grows at every tick by itself: 10^187 times in a packet period
@@ -215,8 +210,7 @@ TEST(Growth, DependsOnTheSumOfWholeDelaysOnly) {
   core::NetworkModel split;
   split.link[0][1].delay_ticks = 8.0;
   split.link[1][0].delay_ticks = 8.0;
-  const double both =
-      with_loop(scene, split, [](auto& loop) { return measure_growth(loop, {}).per_packet; });
+  const double both = measure_growth(scene, split).per_packet;
   EXPECT_NEAR(both, growth_of(scene, 2), 2e-6);
 }
 

@@ -10,7 +10,6 @@
 #include "analysis/resampled.h"
 #include "analysis/response.h"
 #include "analysis/stability.h"
-#include "analysis/with_loop.h"
 #include "scene/load_scene.h"
 
 namespace tandem::analysis {
@@ -126,8 +125,7 @@ TEST(Plane, TheTablesOfChapter8AreJudgedAsTheRunningLoopGrows) {
       options.amplitude = 1e-6;
       options.periods = 4000;
       options.fit_from = 2000;
-      const double grown = with_loop_of<core::PlaneWorld>(
-          scene, network, [&](auto& l) { return measure_growth(l, options).per_packet; });
+      const double grown = measure_growth(scene, network, options).per_packet;
       EXPECT_NEAR(grown, fast.radius, 1e-3) << name << d;  // a slope over 2000 periods
     }
 }

@@ -11,7 +11,6 @@
 #include "analysis/growth.h"
 #include "analysis/lifted.h"
 #include "analysis/resampled.h"
-#include "analysis/with_loop.h"
 #include "scene/load_scene.h"
 #include "tests/analysis/araki_yamamoto.h"
 #include "tests/analysis/random_scene.h"
@@ -95,8 +94,7 @@ TEST(Roads, TheRunningLoopGrowsWhereThePredictionSaysSo) {
     GrowthOptions options;
     options.periods = away > 0.02 ? 400 : away > 2e-3 ? 3000 : 20000;
     options.fit_from = options.periods / 2;
-    const double grown = with_loop_of<core::AxisWorld>(
-        s.scene, s.network, [&](auto& loop) { return measure_growth(loop, options).per_packet; });
+    const double grown = measure_growth(s.scene, s.network, options).per_packet;
     wrong += (grown > 1.0) != (judged.radius > 1.0) ? 1 : 0;
     EXPECT_EQ(grown > 1.0, judged.radius > 1.0)
         << s.about << " predicted " << judged.radius << ", grew " << grown;

@@ -256,13 +256,11 @@ TEST(UnevenRates, GrowthAndDragOfTheRunningLoopAreThePredictedOnes) {
       const core::Scene scene = rated("axis_distributed", local, packets);
       const core::NetworkModel network = round_trip(scene, delay);
       const LiftedSystem system = measured_system(scene, network);
-      const double growth = with_loop_of<core::AxisWorld>(
-          scene, network, [](auto& loop) { return measure_growth(loop, {}).per_packet; });
+      const double growth = measure_growth(scene, network).per_packet;
       EXPECT_NEAR(growth, judge(system).radius, 2e-5) << local << ":" << packets << " " << delay;
 
       const core::Scene alone = with_one_hand(scene, "1");
-      const Drag drag = with_loop_of<core::AxisWorld>(
-          alone, network, [&](auto& loop) { return measure_drag(loop, 0, alone.tick()); });
+      const Drag drag = measure_drag(alone, network, 0);
       ASSERT_TRUE(drag.n_s_per_m.has_value());
       const LiftedSystem one = measured_system(alone, network);
       EXPECT_NEAR(*drag.n_s_per_m, free_motion(one, one.ports[0]).mean_damping, 1e-8)

@@ -1,16 +1,28 @@
 #!/usr/bin/env python3
-"""Writes docs/cost.md from what the benches print, so that no number in it was typed.
+"""docs/cost.md from what the benches print, so that no number in it was typed.
 
-  bench/cost_page.py TANDEM_PROGRAM [FOLDER] [-- options of `bench error`]
-
-Runs `bench error` and `bench tick` (minutes) and writes FOLDER/cost.md and FOLDER/error.png; FOLDER
-is docs by default.
+  bench/cost_page.py measure TANDEM_PROGRAM [NAME ...] [-- options of `bench error`]
+                            runs the commands (or only those named) and keeps what they printed in
+                            docs/cost.json; on a quiet machine, minutes
+  bench/cost_page.py write  writes docs/cost.md from docs/cost.json
+  bench/cost_page.py check  says whether docs/cost.md is what `write` would write
 """
 import datetime
 import json
 import os
 import subprocess
 import sys
+
+DOCS = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "docs")
+STORE, PAGE, PICTURE = (os.path.join(DOCS, n) for n in ("cost.json", "cost.md", "error.png"))
+
+COMMANDS = {
+    "error": ["bench", "error"],
+    "cost": ["bench", "cost"],
+    "tick": ["bench", "tick"],
+    "box_distributed": ["simulate", "--scene", "box_distributed", "--seconds", "60"],
+    "axis_distributed": ["simulate", "--scene", "axis_distributed", "--seconds", "60"],
+}
 
 CASES = {
     "masses": "hand and object on one coupler, the object thrown",
@@ -22,20 +34,45 @@ CASES = {
 }
 
 
-def run(program, *words):
-    print("--", program, *words, file=sys.stderr)
-    out = subprocess.run([program, *words], check=True, stdout=subprocess.PIPE, text=True).stdout
-    return json.loads(out)
+def spoken(name):
+    return "`tandem " + " ".join(COMMANDS[name]) + " --json -`"
 
 
-def name(row):
+def measure(program, names, extra):
+    stored = {}
+    if os.path.exists(STORE):
+        with open(STORE) as file:
+            stored = json.load(file)
+    version = subprocess.run([program, "--version"], check=True, stdout=subprocess.PIPE, text=True).stdout
+    for name in names or COMMANDS:
+        words = COMMANDS[name] + ["--json", "-"]
+        if name == "error":
+            words += ["--picture", PICTURE] + extra
+        print("--", program, *words, file=sys.stderr)
+        out = subprocess.run([program, *words], check=True, stdout=subprocess.PIPE, text=True).stdout
+        printed = json.loads(out)
+        if "runs" in printed:  # the peers' are in the verdict as far as they count
+            printed["runs"] = [r for r in printed["runs"] if r["engine"] == "tandem"]
+        stored[name] = {"command": spoken(name)[1:-1], "program": version.strip(),
+                        "day": str(datetime.date.today()), "load": round(os.getloadavg()[0], 1),
+                        "printed": printed}
+        with open(STORE, "w") as file:
+            json.dump(stored, file, indent=0)
+            file.write("\n")
+
+
+def case_name(row):
     stiff = row["stiffness"]
     return f'{row["case"]} {stiff:.0f}' if stiff else row["case"]
 
 
+def table(head, rows):
+    lines = ["| " + " | ".join(head) + " |", "|" + "---|" * len(head)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
 def verdict(e, prefix):
-    lines = ["| case | way | least error | points of the peers' front kept | least speed-up | there |",
-             "|---|---|---|---|---|---|"]
+    rows = []
     for c in e[prefix + "cases"]:
         against = c.get("against")
         there = "-"
@@ -43,16 +80,17 @@ def verdict(e, prefix):
             there = (f'{against["peer"]} ({against["peer_setting"]}) at {against["peer_hz"]} Hz, '
                      f'{against["error"]:.1e}; {against["tandem_setting"]} at {against["tandem_hz"]} Hz')
         speed = c.get("least_speedup_at_equal_error")
-        lines.append(f'| {name(c)} | {c["scale"]:.1e} | {c["least_error"]:.1e} | {c["reached"]} of '
-                     f'{c["points_of_the_peers_front"]} | {"-" if speed is None else f"{speed:.1f}"} '
-                     f'| {there} |')
-    return "\n".join(lines)
+        rows.append([case_name(c), f'{c["scale"]:.1e}', f'{c["least_error"]:.1e}',
+                     f'{c["reached"]} of {c["points_of_the_peers_front"]}',
+                     "-" if speed is None else f"{speed:.1f}", there])
+    return table(["case", "way", "least error", "points of the peers' front kept", "least speed-up",
+                  "there"], rows)
 
 
 def where_not(e, prefix):
     slower, only = {}, {}
     for c in e[prefix + "where_not"]:
-        (slower if "speedup" in c else only).setdefault(name(c), []).append(c)
+        (slower if "speedup" in c else only).setdefault(case_name(c), []).append(c)
     lines = []
     for case, rows in slower.items():
         worst = min(rows, key=lambda r: r["speedup"])
@@ -66,56 +104,64 @@ def where_not(e, prefix):
 
 
 def schemes(e):
-    lines = ["| case | scheme | 256 Hz | 1024 Hz | 16384 Hz | energy, 1024 Hz | ns a tick |",
-             "|---|---|---|---|---|---|---|"]
-    table = {}
+    runs = {}
     for r in e["runs"]:
         if r["engine"] == "tandem":
-            table.setdefault((name(r), r["setting"], r["default"]), {})[r["hz"]] = r
+            runs.setdefault((case_name(r), r["setting"], r["default"]), {})[r["hz"]] = r
     error = lambda r: "grows" if r["error"] is None else f'{r["error"]:.1e}'
-    for (case, scheme, default), rates in table.items():
+    rows = []
+    for (case, scheme, default), rates in runs.items():
         at = rates[1024]
-        drift = "-" if at["energy_drift"] is None else f'{at["energy_drift"]:.1e}'
-        lines.append(f'| {case} | {scheme}{" (default)" if default else ""} | {error(rates[256])} | '
-                     f'{error(at)} | {error(rates[16384])} | {drift} | '
-                     f'{at["ns_per_simulated_s"] / 1024:.0f} |')
-    return "\n".join(lines)
+        rows.append([case, scheme + (" (default)" if default else ""), error(rates[256]), error(at),
+                     error(rates[16384]),
+                     "-" if at["energy_drift"] is None else f'{at["energy_drift"]:.1e}',
+                     f'{at["ns_per_simulated_s"] / 1024:.0f}'])
+    return table(["case", "scheme", "256 Hz", "1024 Hz", "16384 Hz", "energy, 1024 Hz", "ns a tick"],
+                 rows)
 
 
-def main():
-    words = sys.argv[1:]
-    extra = []
-    if "--" in words:
-        extra = words[words.index("--") + 1:]
-        words = words[:words.index("--")]
-    if not words:
-        sys.exit(__doc__)
-    program, folder = words[0], words[1] if len(words) > 1 else "docs"
-    picture = os.path.join(folder, "error.png")
-    e = run(program, "bench", "error", "--json", "-", "--picture", picture, *extra)
-    tick = run(program, "bench", "tick", "--json", "-")
+def features(cost):
+    rows = []
+    for r in cost["rows"]:
+        if r["added_to"] is None:
+            rows.append([f'**{r["feature"]}**', f'{r["tick_ns"]:.0f}', "", ""])
+        else:
+            rows.append([r["feature"], f'{r["tick_ns"]:.0f}',
+                         f'{r["added_ns"]:+.0f} +- {r["spread_ns"]:.0f}', r["added_to"]])
+    return table(["declared", "tick of the whole session [ns]", "added [ns]", "to"], rows)
+
+
+def page(stored):
+    e, cost, tick = (stored[n]["printed"] for n in ("error", "cost", "tick"))
+    plane, axis = (stored[n]["printed"]["speedup"] for n in ("box_distributed", "axis_distributed"))
     peers = ", ".join(f"{p} ({state})" for p, state in e["peers"].items())
-    load = os.getloadavg()[2]
-    ours = e["least_speedup_at_equal_error"]
-    best = e["best_scheme_least_speedup_at_equal_error"]
-    text = f"""# What it costs and how right it is
+    ours, best = e["least_speedup_at_equal_error"], e["best_scheme_least_speedup_at_equal_error"]
+    told = lambda speed, case: f"{speed:.1f}, in {case}" if speed else "none"
+    when = "\n".join(f'- {spoken(n)}: {stored[n]["program"]}, {stored[n]["day"]}, mean load of the minute '
+                     f'at its end {stored[n]["load"]}' for n in COMMANDS)
+    return f"""# What it costs and how right it is
 
-Written by `bench/cost_page.py` from what `tandem bench error` and `tandem bench tick` printed on
-{datetime.date.today()}: {e["machine"]}, {e["rounds"]} rounds, mean load {load:.1f} of the last
-quarter of an hour (above 1: others were at work, and times are up to twice what a quiet machine
-shows; ratios are interleaved). Peers: {peers}.
+Every number here was printed by one of these commands, is kept in [cost.json](cost.json), and was
+put here by `bench/cost_page.py`:
+
+{when}
+
+Machine: {e["machine"]}. Peers in `bench error`: {peers}; {e["rounds"]} rounds, medians. Times are of
+one machine: compare ratios, not nanoseconds.
 
 ## Time against error
+
+{spoken("error")}
 
 ![Work against error](error.png)
 
 Each case runs at 256 to 16384 steps a second. **Error** is the largest distance from the true course
 at 256 points a second, in metres (`spin`: radians). True is a matrix exponential, a closed form, or
-extended precision with events found to the last bit; `bench/README.md` says which. **Time** is
-processor time of the thread for a simulated second, the least of several runs, then the median over
-the rounds. Tandem runs whole: laws, simulated hands, the loop. Of each peer the settings that suit
-it best are tried, and its points that no other peer beats in both make the front to compare with,
-as far as they are nearer than a twentieth of the way.
+extended precision with events found to the last bit; [bench/README.md](../bench/README.md) says which.
+**Time** is processor time of the thread for a simulated second, the least of several runs, then the
+median over the rounds. Tandem runs whole: laws, simulated hands, the loop. Of each peer the settings
+that suit it best are tried, and its points that no other peer beats in both make the front to compare
+with, as far as they are nearer than a twentieth of the way.
 
 {chr(10).join(f"- `{k}`: {v}" for k, v in CASES.items())}
 
@@ -124,7 +170,7 @@ tangential spring, which the true course does not have).
 
 ### The default scheme
 
-Least speed-up at equal error over all: {f"{ours:.1f}, in {e['case']}" if ours else "none"}.
+Least speed-up at equal error over all: {told(ours, e["case"])}.
 
 {verdict(e, "")}
 
@@ -134,7 +180,7 @@ Where it is not at least 5 times faster, or does not get there at all:
 
 ### The best scheme of Tandem for the case
 
-Least speed-up at equal error over all: {f"{best:.1f}, in {e['best_scheme_case']}" if best else "none"}.
+Least speed-up at equal error over all: {told(best, e["best_scheme_case"])}.
 
 {verdict(e, "best_scheme_")}
 
@@ -145,34 +191,70 @@ Where not:
 ### Every scheme
 
 `bare_...` rows are a mass and a wall without law, hand and loop: what locating the moment of contact
-within the tick would buy.
+by bisection within the tick would buy, beside the same force held from the start of the tick.
 
 {schemes(e)}
 
-## A tick
+## What each thing in a scene costs
 
-- one planar tick with {tick["fingers"]} fingers, {tick["walls"]} walls, friction and another copy:
-  {tick["tick_ns"]:.0f} ns; the same work in plain doubles {tick["plain_tick_ns"]:.0f} ns; ratio
-  {tick["ratio"]:.2f} (at most 2).
-- virtual time on one core, two users with hands, laws and links: `box_distributed`
-  {tick["virtual_speed_box_distributed"]:.0f} times real time (at least 1000), `axis_distributed`
-  {tick["virtual_speed_axis_distributed"]:.0f} times (at least 3000).
+{spoken("cost")}: one tick of the whole session (users, hands, modelled links), processor time, medians;
++- is half the middle half of the rounds.
+
+{features(cost)}
+
+Two masses and a coupler in plain doubles take {cost["plain_axis_ns"]:.1f} ns; the axis scene takes
+{cost["axis_over_plain"]:.1f} times that, for hand, packets' slots, faults and outputs. What a scene does
+not declare is not in its row: no code runs for it.
+
+## A tick, and virtual time
+
+- {spoken("tick")}: one planar tick with {tick["fingers"]} fingers, {tick["walls"]} walls, friction and
+  another copy {tick["tick_ns"]:.0f} ns; the same work in plain doubles {tick["plain_tick_ns"]:.0f} ns;
+  ratio {tick["ratio"]:.2f} (at most 2).
+- {spoken("box_distributed")}: {plane:.0f} times real time on one core (at least 1000).
+- {spoken("axis_distributed")}: {axis:.0f} times (at least 3000).
 
 ## What the numbers cannot tell
 
 - The hand here is a model with known mass. A person's is not: the error of a scheme on `masses` and
-  `hands` is that of coupling a *sampled* hand, and no engine escapes it with a real device. That MuJoCo's
-  RK4 does here is because the hand is a body inside its simulation.
+  `hands` is that of coupling a *sampled* hand, and no engine escapes it with a real device. That an
+  engine of higher order does here is because the hand is a body inside its simulation.
 - `zero_order_hold` is the exact answer of the sampled network (`error_of_law` in the CSV, rounding);
   its distance from the continuous course is what sampling costs, not what the integrator adds.
 - One or two bodies say nothing about piles, joints, meshes: that is what the peers are made for.
 - Box2D is single precision and has rigid contacts, so a soft wall is outside its model; it is
   given the true rebound. Peers have one friction coefficient; in `stick_slip` theirs is switched
   between static and dynamic from outside.
-- Times are of one machine. Compare ratios, not nanoseconds.
 """
-    with open(os.path.join(folder, "cost.md"), "w") as file:
-        file.write(text)
+
+
+def main():
+    words = sys.argv[1:]
+    extra = []
+    if "--" in words:
+        extra = words[words.index("--") + 1:]
+        words = words[:words.index("--")]
+    if len(words) > 1 and words[0] == "measure":
+        unknown = [n for n in words[2:] if n not in COMMANDS]
+        if unknown:
+            sys.exit(f"cost_page.py: no such name: {', '.join(unknown)}; there are {', '.join(COMMANDS)}")
+        measure(words[1], words[2:], extra)
+        return
+    if words not in (["write"], ["check"]):
+        sys.exit(__doc__)
+    with open(STORE) as file:
+        stored = json.load(file)
+    missing = [n for n in COMMANDS if n not in stored]
+    if missing:
+        sys.exit(f"cost_page.py: docs/cost.json lacks {', '.join(missing)}: run `measure` first")
+    text = page(stored)
+    if words == ["write"]:
+        with open(PAGE, "w") as file:
+            file.write(text)
+        return
+    with open(PAGE) as file:
+        if file.read() != text:
+            sys.exit("cost_page.py: docs/cost.md is not what docs/cost.json says; run `cost_page.py write`")
 
 
 main()

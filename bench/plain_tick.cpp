@@ -84,6 +84,8 @@ void plain_tick(const PlainScene& s, PlainState& z, const PlainFinger* fingers,
 
   for (int w = 0; w < 2; ++w) {
     const double nx = s.wall_nx[w], ny = s.wall_ny[w];
+    const double fall = std::fabs(b.omega) * (s.half_x + s.half_y) - (b.vx * nx + b.vy * ny);
+    const double soon = fall > 0 ? fall * T : 0.0;
     for (int i = 0; i < 4; ++i) {
       PlainContact& k = z.corner[w][i];
       const double lx = (i == 0 || i == 3) ? s.half_x : -s.half_x;
@@ -91,18 +93,33 @@ void plain_tick(const PlainScene& s, PlainState& z, const PlainFinger* fingers,
       const double rx = c * lx - sn * ly, ry = sn * lx + c * ly;
       const double px = b.x + rx, py = b.y + ry;
       const double depth = -((px - s.wall_x[w]) * nx + (py - s.wall_y[w]) * ny);
-      if (depth <= 0) {
+      if (depth <= -soon) {
         k.state = 0;
         continue;
       }
       const double ux = b.vx - b.omega * ry, uy = b.vy + b.omega * rx;
       const double vn = ux * nx + uy * ny;
+      const double end = depth - T * vn;
+      if (depth <= 0 && end <= 0) {
+        k.state = 0;
+        continue;
+      }
+      double part = 1, mean = 0.5 * (depth + end);  // of the tick inside, and of the depth over it
+      if (depth <= 0) {
+        part = end / (end - depth);
+        mean = 0.5 * part * end;
+      } else if (end <= 0) {
+        part = depth / (depth - end);
+        mean = 0.5 * part * depth;
+      }
+      const double lever = rx * ny - ry * nx, bn = s.wbn * part;
+      const double gives = 0.5 * T * bn * (1 / s.mass + lever * lever / s.inertia);
       const double t = -ny * px + nx * py, vt = -ny * ux + nx * uy;
       if (k.state == 0) {
         k.anchor = t;
         k.state = 2;
       }
-      double fn = s.wkn * depth - s.wbn * vn;
+      double fn = (s.wkn * mean - bn * vn) / (1 + gives);
       if (fn < 0) fn = 0;
       if (k.state == 3 && std::fabs(vt) <= s.wv_tr) k.state = 2;
       double ft = -s.wkt * (t - k.anchor) - s.wbt * vt;

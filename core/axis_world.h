@@ -7,6 +7,7 @@
 #include "core/finger_sample.h"
 #include "core/held_step.h"
 #include "core/integrate.h"
+#include "core/mean_contact.h"
 #include "core/reconstruction.h"
 #include "core/scene.h"
 
@@ -126,10 +127,21 @@ class AxisWorld {
     return c.gain.stiffness * (other.p - self.p) + c.gain.damping * (other.v - self.v);
   }
 
-  [[nodiscard]] Wrench walls_on_object(int, ObjectWalls&, const Body& body) const noexcept {
+  /// Walls that open are met within the tick (core/mean_contact.h) where forces are held.
+  [[nodiscard]] Wrench walls_on_object(int o, ObjectWalls&, const Body& body) const noexcept {
     double force = 0.0;
-    for (int w = 0; w < wall_count_; ++w)
-      if (walls_[w].objects) force += push(walls_[w], body.p, body.v);
+    for (int w = 0; w < wall_count_; ++w) {
+      const Wall& wall = walls_[w];
+      if (!wall.objects) continue;
+      if (wall.attached || !takes_mean_contact(integrator_)) {
+        force += push(wall, body.p, body.v);
+        continue;
+      }
+      const MeanContact mean = mean_contact(wall.gain, wall.normal * (wall.point - body.p),
+                                            wall.normal * body.v, objects_[o].inverse_mass, T_);
+      const double f = wall.gain.stiffness * mean.depth - wall.gain.damping * mean.normal_velocity;
+      if (mean.depth > 0.0 && f > 0.0) force += wall.normal * f;
+    }
     return force;
   }
 

@@ -5,6 +5,8 @@
 
 #include "core/box_faces.h"
 #include "core/contact_law.h"
+#include "core/mean_contact.h"
+#include "core/plane_body.h"
 #include "core/plane_state.h"
 
 /// Who touches whom in the plane: fingers against the sides of a box (thesis 7.2.1), corners of a
@@ -185,13 +187,21 @@ struct WallContacts {
 /// One tick of a box against a wall: the same four states at each corner (thesis 7.2.2), the wall
 /// takes the part of the surface and the corner that of the finger. Costs one projection while the
 /// box is clear of the wall. Contact gains' mass is that of the box where pulses are wanted.
+/// `held`: not null for a box that moves under held forces; its corners then meet and leave the
+/// wall within the tick (core/mean_contact.h). Otherwise the force is that of the tick's start.
 [[nodiscard]] inline PlaneWrench hold_back(WallContacts& contacts, const PlaneWall& wall,
-                                           const PlaneBox& box, const PlacedBody& body,
-                                           double T) noexcept {
-  const Vec2 n_B = body.to_body(wall.normal);
-  const double clearance = inner(wall.normal, body.p - wall.point);
+                                           const PlaneBox& box, const PlacedBody& body, double T,
+                                           const PlaneBodyParameters* held = nullptr) noexcept {
+  const Vec2& n = wall.normal;
+  const Vec2 n_B = body.to_body(n);
+  const double clearance = inner(n, body.p - wall.point);
   const double a = n_B.x * box.half.x, b = n_B.y * box.half.y;
-  if (clearance >= std::fabs(a) + std::fabs(b)) {
+  double soon = 0.0;  // how far a corner may get in this tick
+  if (held != nullptr) {
+    const double approach = std::fabs(body.omega) * (box.half.x + box.half.y) - inner(n, body.v);
+    if (approach > 0.0) soon = approach * T;
+  }
+  if (clearance - soon >= std::fabs(a) + std::fabs(b)) {
     if (contacts.any) contacts = {};
     return {};
   }
@@ -200,13 +210,21 @@ struct WallContacts {
   const Vec2 edge_x = body.to_world({box.half.x, 0.0}), edge_y = body.to_world({0.0, box.half.y});
   PlaneWrench wrench;
   for (int i = 0; i < 4; ++i) {
-    const double depth = -(clearance + kSignX[i] * a + kSignY[i] * b);
-    if (!(depth > 0.0)) {
+    double depth = -(clearance + kSignX[i] * a + kSignY[i] * b);
+    if (!(depth + soon > 0.0)) {
       contacts.corner[i].state = ContactState::kFree;
       continue;
     }
     const Vec2 arm = edge_x * kSignX[i] + edge_y * kSignY[i];
-    const Vec2 v = body.v + cross(body.omega, arm);
+    Vec2 v = body.v + cross(body.omega, arm);
+    if (held != nullptr) {
+      const double lever = cross(arm, n), rise = inner(n, v);
+      const MeanContact mean =
+          mean_contact(wall.gains.normal, depth, rise,
+                       held->inverse_mass + lever * lever * held->inverse_inertia, T);
+      depth = mean.depth;
+      v += n * (mean.normal_velocity - rise);
+    }
     const Vec2 f = against(contacts.corner[i], wall, depth, body.p + arm, v, T);
     wrench.force += f;
     wrench.torque += cross(arm, f);

@@ -3,6 +3,8 @@
 #include <array>
 #include <cmath>
 
+#include "core/mean_contact.h"
+#include "core/space_body.h"
 #include "core/space_contact.h"
 
 /// Plane walls in space against the corners of boxes, spheres and fingers. The wall takes the part
@@ -26,12 +28,22 @@ struct SpaceWallContacts {
 };
 
 /// One tick of the corners of a box. Costs one projection while the box is clear of the wall.
+/// `held`: as in the plane (core/plane_contact.h), here and below.
 [[nodiscard]] inline SpaceWrench hold_back_box(SpaceWallContacts& contacts, const SpaceWall& wall,
                                                const SpaceShape& box, const PlacedSpaceBody& body,
-                                               double T) noexcept {
-  const Vec3 reach = body.to_body(wall.normal) * box.half;
-  const double clearance = inner(wall.normal, body.p - wall.point);
-  if (clearance >= std::fabs(reach.x) + std::fabs(reach.y) + std::fabs(reach.z)) {
+                                               double T,
+                                               const SpaceBodyParameters* held = nullptr) noexcept {
+  const Vec3& n = wall.normal;
+  const Vec3 n_B = body.to_body(n);
+  const Vec3 reach = n_B * box.half;
+  const double clearance = inner(n, body.p - wall.point);
+  double soon = 0.0;  // how far a corner may get in this tick
+  if (held != nullptr) {
+    const double turning = std::sqrt(inner(body.omega, body.omega) * inner(box.half, box.half));
+    const double approach = turning - inner(n, body.v);
+    if (approach > 0.0) soon = approach * T;
+  }
+  if (clearance - soon >= std::fabs(reach.x) + std::fabs(reach.y) + std::fabs(reach.z)) {
     if (contacts.any) contacts = {};
     return {};
   }
@@ -40,15 +52,24 @@ struct SpaceWallContacts {
   SpaceWrench wrench;
   for (int i = 0; i < 8; ++i) {
     const double sx = (i & 1) ? -1.0 : 1.0, sy = (i & 2) ? -1.0 : 1.0, sz = (i & 4) ? -1.0 : 1.0;
-    const double depth = -(clearance + sx * reach.x + sy * reach.y + sz * reach.z);
+    double depth = -(clearance + sx * reach.x + sy * reach.y + sz * reach.z);
     ContactMemory<Vec3>& memory = contacts.corner[i];
-    if (!(depth > 0.0)) {
+    if (!(depth + soon > 0.0)) {
       memory.state = ContactState::kFree;
       continue;
     }
     const Vec3 arm = edge_x * sx + edge_y * sy + edge_z * sz;
-    const Vec3 f = press_at(memory, wall.gains, {wall.normal, depth}, body.p + arm,
-                            body.v + cross(body.omega, arm), T);
+    Vec3 v = body.v + cross(body.omega, arm);
+    if (held != nullptr) {
+      const Vec3 lever = cross(box.half * Vec3{sx, sy, sz}, n_B);
+      const double rise = inner(n, v);
+      const MeanContact mean =
+          mean_contact(wall.gains.normal, depth, rise,
+                       held->inverse_mass + inner(lever * lever, held->inverse_inertia), T);
+      depth = mean.depth;
+      v += n * (mean.normal_velocity - rise);
+    }
+    const Vec3 f = press_at(memory, wall.gains, {n, depth}, body.p + arm, v, T);
     wrench.force += f;
     wrench.torque += cross(arm, f);
   }
@@ -63,8 +84,15 @@ struct SpaceWallContacts {
 /// the sum needs no turning. A sphere that rolls adds nothing.
 [[nodiscard]] inline SpaceWrench hold_back_sphere(SpaceWallContacts& contacts,
                                                   const SpaceWall& wall, const SpaceShape& sphere,
-                                                  const PlacedSpaceBody& body, double T) noexcept {
-  const double depth = sphere.radius - inner(wall.normal, body.p - wall.point);
+                                                  const PlacedSpaceBody& body, double T,
+                                                  const SpaceBodyParameters* held) noexcept {
+  double depth = sphere.radius - inner(wall.normal, body.p - wall.point);
+  MeanContact mean;
+  if (held != nullptr) {
+    mean =
+        mean_contact(wall.gains.normal, depth, inner(wall.normal, body.v), held->inverse_mass, T);
+    depth = mean.depth;
+  }
   if (!(depth > 0.0)) {
     if (contacts.any) contacts = {};
     return {};
@@ -85,8 +113,9 @@ struct SpaceWallContacts {
   const Vec3 v = body.v + cross(body.omega, arm);
   const double rise = inner(n, v);
   memory.anchor = Vec3{0.0};
-  const SurfaceForce<Vec3> f =
-      press(memory, wall.gains, SurfaceMotion<Vec3>{depth, rise, stretch, v - n * rise}, T);
+  const SurfaceMotion<Vec3> motion{depth, held != nullptr ? mean.normal_velocity : rise, stretch,
+                                   v - n * rise};
+  const SurfaceForce<Vec3> f = press(memory, wall.gains, motion, T);
   memory.anchor = stretch - memory.anchor;
   const Vec3 force = n * f.normal + f.tangential;
   return {force, cross(arm, force)};
@@ -94,9 +123,10 @@ struct SpaceWallContacts {
 
 [[nodiscard]] inline SpaceWrench hold_back(SpaceWallContacts& contacts, const SpaceWall& wall,
                                            const SpaceShape& shape, const PlacedSpaceBody& body,
-                                           double T) noexcept {
-  return shape.is_sphere ? hold_back_sphere(contacts, wall, shape, body, T)
-                         : hold_back_box(contacts, wall, shape, body, T);
+                                           double T,
+                                           const SpaceBodyParameters* held = nullptr) noexcept {
+  return shape.is_sphere ? hold_back_sphere(contacts, wall, shape, body, T, held)
+                         : hold_back_box(contacts, wall, shape, body, T, held);
 }
 
 /// One tick of a finger against a wall; force on the finger.

@@ -130,6 +130,30 @@ TEST(ErrorOrder, ASlidingBoxStopsExactlyUnderZeroOrderHoldAndInFirstOrderOtherwi
     EXPECT_NEAR(order(point, scheme), 1.0, kOrder) << scheme;
 }
 
+TEST(ErrorOrder, AWallMetWithinTheTickConvergesInSecondOrder) {
+  // The phase at which the tick meets the wall changes from rate to rate, and the error with it by
+  // some factor: sixteen times shorter steps are 256 in second order, 16 in first.
+  for (const double k : {1000.0, 3000.0, 10000.0, 30000.0}) {
+    const ErrorPoint& point = point_at(Case::kWall, k);
+    const double coarse = error_at(point, "zero_order_hold", 1024);
+    EXPECT_LT(coarse, 1e-4) << k;
+    EXPECT_GT(coarse / error_at(point, "zero_order_hold", 16384), 100.0) << k;
+    EXPECT_LT(error_at(point, "explicit_euler", 1024) / error_at(point, "explicit_euler", 16384),
+              64.0)
+        << k;
+  }
+}
+
+TEST(ErrorOrder, StickSlipConvergesInFirstOrderToTheCourseOfItsOwnLaw) {
+  const ErrorPoint& point = point_at(Case::kStickSlip, 3000.0);
+  const ErrorReference truth = error_reference(point);
+  const auto error = [&](int hz) {
+    return error_of(point, run_tandem(point, {"contact_law", true, true}, hz).samples, truth.law);
+  };
+  // Events fall anywhere in a tick: 4 halvings, some factor about 16.
+  EXPECT_GT(error(1024) / error(16384), 8.0);
+}
+
 TEST(ErrorOrder, ZeroOrderHoldIsTheMatrixExponentialOfTheWholeHeldNetwork) {
   for (const Case which : {Case::kMasses, Case::kHands})
     for (const double k : {300.0, 10000.0})

@@ -252,7 +252,7 @@ LinearScene linear_scene(const core::Scene& given) {
       opened = opened || !wall.attached;
       wall.attached = true;
     }
-    assume(opened, "walls attached: what touches them never lifts off");
+    assume(opened, "walls attached, forces held: what touches them never lifts off");
   }
   // Asked of the scene as it was given: a grasp has lost all this already.
   bool friction = false, device = false, intent = false;

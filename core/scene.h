@@ -27,7 +27,7 @@ enum class Architecture {
 };
 
 enum class Integrator {
-  kZeroOrderHold,      ///< exact for a force held over the tick
+  kZeroOrderHold,      ///< exact for a force held over the tick; walls: core/mean_contact.h
   kSemiImplicitEuler,  ///< v, then x with the new v
   kExplicitEuler,      ///< x with the old v (thesis 7.2.3)
   kExactCoupler,  ///< axis: object and couplers to the own hand together, see core/axis_world.h

@@ -18,7 +18,8 @@ struct MeanContact {
 /// The last is the damper on the velocity in the middle of the tick, r - w T f / 2; `w` is by how
 /// much a force along the normal moves the point [1/kg]. With x += T v + T^2 a / 2 the spring is
 /// the position Verlet scheme: second order, no energy from a held force, stable as semi-implicit
-/// Euler is, k < 4 m / T^2 - 2 b / T for small b. At rest and deep inside nothing changes.
+/// Euler is, k < 4 m / T^2 - 2 b / T for small b. Of a turning body the torque takes the arm in the
+/// middle of the tick, or its energy would keep to first order only. At rest nothing changes.
 ///
 /// For simulated bodies only. A finger is a device: what it gets is held, and is computed as such.
 [[nodiscard]] inline MeanContact mean_contact(const Gain& gain, double depth,

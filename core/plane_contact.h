@@ -216,7 +216,8 @@ struct WallContacts {
       continue;
     }
     const Vec2 arm = edge_x * kSignX[i] + edge_y * kSignY[i];
-    Vec2 v = body.v + cross(body.omega, arm);
+    const Vec2 turning = cross(body.omega, arm);
+    Vec2 v = body.v + turning, lever_arm = arm;
     if (held != nullptr) {
       const double lever = cross(arm, n), rise = inner(n, v);
       const MeanContact mean =
@@ -224,10 +225,11 @@ struct WallContacts {
                        held->inverse_mass + lever * lever * held->inverse_inertia, T);
       depth = mean.depth;
       v += n * (mean.normal_velocity - rise);
+      lever_arm += turning * (0.5 * T);
     }
     const Vec2 f = against(contacts.corner[i], wall, depth, body.p + arm, v, T);
     wrench.force += f;
-    wrench.torque += cross(arm, f);
+    wrench.torque += cross(lever_arm, f);
   }
   contacts.any = true;
   return wrench;

@@ -59,7 +59,8 @@ struct SpaceWallContacts {
       continue;
     }
     const Vec3 arm = edge_x * sx + edge_y * sy + edge_z * sz;
-    Vec3 v = body.v + cross(body.omega, arm);
+    const Vec3 turning = cross(body.omega, arm);
+    Vec3 v = body.v + turning, lever_arm = arm;
     if (held != nullptr) {
       const Vec3 lever = cross(box.half * Vec3{sx, sy, sz}, n_B);
       const double rise = inner(n, v);
@@ -68,10 +69,11 @@ struct SpaceWallContacts {
                        held->inverse_mass + inner(lever * lever, held->inverse_inertia), T);
       depth = mean.depth;
       v += n * (mean.normal_velocity - rise);
+      lever_arm += turning * (0.5 * T);
     }
     const Vec3 f = press_at(memory, wall.gains, {n, depth}, body.p + arm, v, T);
     wrench.force += f;
-    wrench.torque += cross(arm, f);
+    wrench.torque += cross(lever_arm, f);
   }
   contacts.any = true;
   return wrench;

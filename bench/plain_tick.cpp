@@ -112,14 +112,12 @@ void plain_tick(const PlainScene& s, PlainState& z, const PlainFinger* fingers,
         part = depth / (depth - end);
         mean = 0.5 * part * depth;
       }
-      const double lever = rx * ny - ry * nx, bn = s.wbn * part;
-      const double gives = 0.5 * T * bn * (1 / s.mass + lever * lever / s.inertia);
       const double t = -ny * px + nx * py, vt = -ny * ux + nx * uy;
       if (k.state == 0) {
         k.anchor = t;
         k.state = 2;
       }
-      double fn = (s.wkn * mean - bn * vn) / (1 + gives);
+      double fn = s.wkn * mean - s.wbn * part * vn;
       if (fn < 0) fn = 0;
       if (k.state == 3 && std::fabs(vt) <= s.wv_tr) k.state = 2;
       double ft = -s.wkt * (t - k.anchor) - s.wbt * vt;

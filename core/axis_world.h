@@ -128,7 +128,7 @@ class AxisWorld {
   }
 
   /// Walls that open are met within the tick (core/mean_contact.h) where forces are held.
-  [[nodiscard]] Wrench walls_on_object(int o, ObjectWalls&, const Body& body) const noexcept {
+  [[nodiscard]] Wrench walls_on_object(int, ObjectWalls&, const Body& body) const noexcept {
     double force = 0.0;
     for (int w = 0; w < wall_count_; ++w) {
       const Wall& wall = walls_[w];
@@ -137,8 +137,8 @@ class AxisWorld {
         force += push(wall, body.p, body.v);
         continue;
       }
-      const MeanContact mean = mean_contact(wall.gain, wall.normal * (wall.point - body.p),
-                                            wall.normal * body.v, objects_[o].inverse_mass, T_);
+      const MeanContact mean =
+          mean_contact(wall.normal * (wall.point - body.p), wall.normal * body.v, T_);
       const double f = wall.gain.stiffness * mean.depth - wall.gain.damping * mean.normal_velocity;
       if (mean.depth > 0.0 && f > 0.0) force += wall.normal * f;
     }

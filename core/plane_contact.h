@@ -6,7 +6,6 @@
 #include "core/box_faces.h"
 #include "core/contact_law.h"
 #include "core/mean_contact.h"
-#include "core/plane_body.h"
 #include "core/plane_state.h"
 
 /// Who touches whom in the plane: fingers against the sides of a box (thesis 7.2.1), corners of a
@@ -187,17 +186,16 @@ struct WallContacts {
 /// One tick of a box against a wall: the same four states at each corner (thesis 7.2.2), the wall
 /// takes the part of the surface and the corner that of the finger. Costs one projection while the
 /// box is clear of the wall. Contact gains' mass is that of the box where pulses are wanted.
-/// `held`: not null for a box that moves under held forces; its corners then meet and leave the
-/// wall within the tick (core/mean_contact.h). Otherwise the force is that of the tick's start.
+/// `within_tick`: the force is the tick's mean (core/mean_contact.h), otherwise that of its start.
 [[nodiscard]] inline PlaneWrench hold_back(WallContacts& contacts, const PlaneWall& wall,
                                            const PlaneBox& box, const PlacedBody& body, double T,
-                                           const PlaneBodyParameters* held = nullptr) noexcept {
+                                           bool within_tick = false) noexcept {
   const Vec2& n = wall.normal;
   const Vec2 n_B = body.to_body(n);
   const double clearance = inner(n, body.p - wall.point);
   const double a = n_B.x * box.half.x, b = n_B.y * box.half.y;
   double soon = 0.0;  // how far a corner may get in this tick
-  if (held != nullptr) {
+  if (within_tick) {
     const double approach = std::fabs(body.omega) * (box.half.x + box.half.y) - inner(n, body.v);
     if (approach > 0.0) soon = approach * T;
   }
@@ -217,19 +215,17 @@ struct WallContacts {
     }
     const Vec2 arm = edge_x * kSignX[i] + edge_y * kSignY[i];
     const Vec2 turning = cross(body.omega, arm);
-    Vec2 v = body.v + turning, lever_arm = arm;
-    if (held != nullptr) {
-      const double lever = cross(arm, n), rise = inner(n, v);
-      const MeanContact mean =
-          mean_contact(wall.gains.normal, depth, rise,
-                       held->inverse_mass + lever * lever * held->inverse_inertia, T);
+    Vec2 v = body.v + turning, lever = arm;
+    if (within_tick) {
+      const double rise = inner(n, v);
+      const MeanContact mean = mean_contact(depth, rise, T);
       depth = mean.depth;
       v += n * (mean.normal_velocity - rise);
-      lever_arm += turning * (0.5 * T);
+      lever += turning * (0.5 * T);
     }
     const Vec2 f = against(contacts.corner[i], wall, depth, body.p + arm, v, T);
     wrench.force += f;
-    wrench.torque += cross(lever_arm, f);
+    wrench.torque += cross(lever, f);
   }
   contacts.any = true;
   return wrench;

@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "core/mean_contact.h"
-#include "core/space_body.h"
 #include "core/space_contact.h"
 
 /// Plane walls in space against the corners of boxes, spheres and fingers. The wall takes the part
@@ -28,17 +27,15 @@ struct SpaceWallContacts {
 };
 
 /// One tick of the corners of a box. Costs one projection while the box is clear of the wall.
-/// `held`: as in the plane (core/plane_contact.h), here and below.
+/// `within_tick`: as in the plane (core/plane_contact.h), here and below.
 [[nodiscard]] inline SpaceWrench hold_back_box(SpaceWallContacts& contacts, const SpaceWall& wall,
                                                const SpaceShape& box, const PlacedSpaceBody& body,
-                                               double T,
-                                               const SpaceBodyParameters* held = nullptr) noexcept {
+                                               double T, bool within_tick = false) noexcept {
   const Vec3& n = wall.normal;
-  const Vec3 n_B = body.to_body(n);
-  const Vec3 reach = n_B * box.half;
+  const Vec3 reach = body.to_body(n) * box.half;
   const double clearance = inner(n, body.p - wall.point);
   double soon = 0.0;  // how far a corner may get in this tick
-  if (held != nullptr) {
+  if (within_tick) {
     const double turning = std::sqrt(inner(body.omega, body.omega) * inner(box.half, box.half));
     const double approach = turning - inner(n, body.v);
     if (approach > 0.0) soon = approach * T;
@@ -60,20 +57,17 @@ struct SpaceWallContacts {
     }
     const Vec3 arm = edge_x * sx + edge_y * sy + edge_z * sz;
     const Vec3 turning = cross(body.omega, arm);
-    Vec3 v = body.v + turning, lever_arm = arm;
-    if (held != nullptr) {
-      const Vec3 lever = cross(box.half * Vec3{sx, sy, sz}, n_B);
+    Vec3 v = body.v + turning, lever = arm;
+    if (within_tick) {
       const double rise = inner(n, v);
-      const MeanContact mean =
-          mean_contact(wall.gains.normal, depth, rise,
-                       held->inverse_mass + inner(lever * lever, held->inverse_inertia), T);
+      const MeanContact mean = mean_contact(depth, rise, T);
       depth = mean.depth;
       v += n * (mean.normal_velocity - rise);
-      lever_arm += turning * (0.5 * T);
+      lever += turning * (0.5 * T);
     }
     const Vec3 f = press_at(memory, wall.gains, {n, depth}, body.p + arm, v, T);
     wrench.force += f;
-    wrench.torque += cross(lever_arm, f);
+    wrench.torque += cross(lever, f);
   }
   contacts.any = true;
   return wrench;
@@ -87,12 +81,11 @@ struct SpaceWallContacts {
 [[nodiscard]] inline SpaceWrench hold_back_sphere(SpaceWallContacts& contacts,
                                                   const SpaceWall& wall, const SpaceShape& sphere,
                                                   const PlacedSpaceBody& body, double T,
-                                                  const SpaceBodyParameters* held) noexcept {
+                                                  bool within_tick) noexcept {
   double depth = sphere.radius - inner(wall.normal, body.p - wall.point);
   MeanContact mean;
-  if (held != nullptr) {
-    mean =
-        mean_contact(wall.gains.normal, depth, inner(wall.normal, body.v), held->inverse_mass, T);
+  if (within_tick) {
+    mean = mean_contact(depth, inner(wall.normal, body.v), T);
     depth = mean.depth;
   }
   if (!(depth > 0.0)) {
@@ -115,7 +108,7 @@ struct SpaceWallContacts {
   const Vec3 v = body.v + cross(body.omega, arm);
   const double rise = inner(n, v);
   memory.anchor = Vec3{0.0};
-  const SurfaceMotion<Vec3> motion{depth, held != nullptr ? mean.normal_velocity : rise, stretch,
+  const SurfaceMotion<Vec3> motion{depth, within_tick ? mean.normal_velocity : rise, stretch,
                                    v - n * rise};
   const SurfaceForce<Vec3> f = press(memory, wall.gains, motion, T);
   memory.anchor = stretch - memory.anchor;
@@ -125,10 +118,9 @@ struct SpaceWallContacts {
 
 [[nodiscard]] inline SpaceWrench hold_back(SpaceWallContacts& contacts, const SpaceWall& wall,
                                            const SpaceShape& shape, const PlacedSpaceBody& body,
-                                           double T,
-                                           const SpaceBodyParameters* held = nullptr) noexcept {
-  return shape.is_sphere ? hold_back_sphere(contacts, wall, shape, body, T, held)
-                         : hold_back_box(contacts, wall, shape, body, T, held);
+                                           double T, bool within_tick = false) noexcept {
+  return shape.is_sphere ? hold_back_sphere(contacts, wall, shape, body, T, within_tick)
+                         : hold_back_box(contacts, wall, shape, body, T, within_tick);
 }
 
 /// One tick of a finger against a wall; force on the finger.

@@ -113,10 +113,10 @@ class SpaceWorld {
   [[nodiscard]] Wrench walls_on_object(int o, ObjectWalls& memory,
                                        const Placed& body) const noexcept {
     Wrench wrench;
-    const auto* held = takes_mean_contact(integrator_) ? &objects_[o] : nullptr;
+    const bool mean = takes_mean_contact(integrator_);
     for (int w = 0; w < wall_count_; ++w)
       if (walls_[w].objects)
-        wrench += hold_back(memory[w], walls_[w].wall, shapes_[o], body, T_, held);
+        wrench += hold_back(memory[w], walls_[w].wall, shapes_[o], body, T_, mean);
     return wrench;
   }
 

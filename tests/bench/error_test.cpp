@@ -130,17 +130,16 @@ TEST(ErrorOrder, ASlidingBoxStopsExactlyUnderZeroOrderHoldAndInFirstOrderOtherwi
     EXPECT_NEAR(order(point, scheme), 1.0, kOrder) << scheme;
 }
 
-TEST(ErrorOrder, AWallMetWithinTheTickConvergesInSecondOrder) {
-  // The phase at which the tick meets the wall changes from rate to rate, and the error with it by
-  // some factor: sixteen times shorter steps are 256 in second order, 16 in first.
+TEST(ErrorOrder, AWallMetWithinTheTickIsFarNearerThanItsForceHeld) {
+  // Its damper is of first order with a constant of b T / m = 1 % of the way damping takes. The
+  // phase at which the tick meets the wall changes with the rate, and the error by some factor:
+  // sixteen times shorter steps are 16.
   for (const double k : {1000.0, 3000.0, 10000.0, 30000.0}) {
     const ErrorPoint& point = point_at(Case::kWall, k);
     const double coarse = error_at(point, "zero_order_hold", 1024);
     EXPECT_LT(coarse, 1e-4) << k;
-    EXPECT_GT(coarse / error_at(point, "zero_order_hold", 16384), 100.0) << k;
-    EXPECT_LT(error_at(point, "explicit_euler", 1024) / error_at(point, "explicit_euler", 16384),
-              64.0)
-        << k;
+    EXPECT_GT(coarse / error_at(point, "zero_order_hold", 16384), 8.0) << k;
+    EXPECT_GT(error_at(point, "explicit_euler", 1024), 20.0 * coarse) << k;
   }
 }
 

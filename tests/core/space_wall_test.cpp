@@ -83,7 +83,7 @@ TEST(SpaceWall, MetWithinTheTickABallIsGivenBackItsSpeedAndABoxItsEnergy) {
       const double before = energy();
       for (int k = 0; k < 512; ++k)
         b = step(p, Integrator::kZeroOrderHold, kTick, b,
-                 hold_back(contacts, ground, shape_of(object, 0), b, kTick, &p));
+                 hold_back(contacts, ground, shape_of(object, 0), b, kTick, true));
       ASSERT_FALSE(contacts.any);
       if (sphere) {
         // Of the curve of its way in the ticks that meet and leave: (w T)^2 = 0.013, squared.

@@ -59,7 +59,7 @@ TEST(HardPlane, ABoxWedgedInACornerByTwoFingersRestsAtTheDepthsOfTheBalance) {
        {std::pair{0.0, Integrator::kSemiImplicitEuler}, std::pair{0.0, Integrator::kZeroOrderHold},
         std::pair{0.6, Integrator::kSemiImplicitEuler},
         std::pair{0.6, Integrator::kZeroOrderHold}}) {
-    const PlaneBodyParameters* within = takes_mean_contact(integrator) ? &p : nullptr;
+    const bool within = takes_mean_contact(integrator);
     std::array<WallContacts, 2> held{};
     std::array<FingerBoxContact, 2> touched{};
     std::array<PlaneWall, 2> rough = walls;
@@ -96,7 +96,7 @@ TEST(HardPlane, ABoxWedgedInACornerByTwoFingersRestsAtTheDepthsOfTheBalance) {
       EXPECT_NEAR(body.angle, 0.0, 1e-12);
       EXPECT_NEAR(finger[0].p.x - body.p.x, 0.03 - 5.0 / 800, 1e-12);
     } else {
-      expect_same_bits(within != nullptr ? "plane_wedged_held" : "plane_wedged",
+      expect_same_bits(within ? "plane_wedged_held" : "plane_wedged",
                        {body.p.x, body.p.y, body.angle});
     }
   }
@@ -330,8 +330,7 @@ TEST(HardPlane, RandomSimultaneousContactsOfFingersAndWallsGainNoKineticEnergy) 
     for (int k = 0; k < 100; ++k) {
       const PlacedBody placed(body);
       PlaneWrench w;
-      for (int i = 0; i < 2; ++i)
-        w += hold_back(held[i], walls[i], box, placed, kT, mean ? &p : nullptr);
+      for (int i = 0; i < 2; ++i) w += hold_back(held[i], walls[i], box, placed, kT, mean);
       int now = held[0].any + held[1].any;
       for (int i = 0; i < 2; ++i) {
         const auto f = touch(touched[i], soft, box, placed, finger[i], kT);

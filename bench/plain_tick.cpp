@@ -135,7 +135,8 @@ void plain_tick(const PlainScene& s, PlainState& z, const PlainFinger* fingers,
       const double gx = nx * fn - ny * ft, gy = ny * fn + nx * ft;
       fx += gx;
       fy += gy;
-      tau += rx * gy - ry * gx;
+      const double half_turn = 0.5 * T * b.omega;  // to the middle of the tick
+      tau += (rx - half_turn * ry) * gy - (ry + half_turn * rx) * gx;
     }
   }
 

@@ -15,6 +15,11 @@ namespace {
 constexpr double kDrift = 1e-13;
 /// Several ones side by side spoil each other; whether they are ones is asked of the motion itself.
 constexpr double kDrifts = 1e-9;
+/// The same in a map found by finite differences, which knows drag and drift apart no better.
+constexpr double kDriftMeasured = 1e-6;
+
+/// Whether the map is one of finite differences: its symmetries were asked for on the loop.
+bool by_differences(const LiftedSystem& system) { return system.tolerance >= 1e-6; }
 
 /// Everything moving at one metre (or radian) a second, (M - I) s = T_t t, if there is such a
 /// motion. Bodies may trail each other: what is held is old. `pivots`: of all common motions, which
@@ -38,9 +43,11 @@ std::vector<double> uniform_motion(const Matrix& m, const std::vector<double>& t
 }
 
 /// Whether the map keeps uniform motion s, which there is no drag in. `scale`: how large each state
-/// is in any of the uniform motions; what is zero in this one is so but for rounding of that.
+/// is in any of the uniform motions; what is zero in this one is so but for rounding of that, which
+/// is `tolerance`.
 bool keeps_uniform_motion(const Matrix& m, const std::vector<double>& t, double period,
-                          const std::vector<double>& s, const std::vector<double>& scale) {
+                          const std::vector<double>& s, const std::vector<double>& scale,
+                          double tolerance) {
   const int n = m.rows;
   // A row is kept if its residual is rounding beside what was added up in it, or beside that of
   // all it goes to: a force in flight is zero here, but for rounding of its own.
@@ -65,7 +72,7 @@ bool keeps_uniform_motion(const Matrix& m, const std::vector<double>& t, double 
     }
   }
   for (int i = 0; i < n; ++i)
-    if (!(std::abs(residual[i]) <= 1e-12 * size[i])) return false;
+    if (!(std::abs(residual[i]) <= tolerance * size[i])) return false;
   return true;
 }
 
@@ -160,7 +167,7 @@ Part part_of(const LiftedSystem& system, const std::vector<int>& piece, int whic
 
 void deflate(const LiftedSystem& system, Part& part, std::vector<std::string>& removed) {
   // A map by finite differences has been asked already which motions it keeps.
-  const bool demanded = system.tolerance < 1e-6;
+  const bool demanded = !by_differences(system);
   for (std::size_t k = 0; k < part.symmetries.size(); ++k) {
     const Symmetry s = part.symmetries[k];
     const int pivot = static_cast<int>(s.pivot);
@@ -199,7 +206,9 @@ bool deflate_uniform_motions(const LiftedSystem& system, const Part& whole, Part
   for (std::size_t i = 0; i < motions.size(); ++i) {
     const Symmetry& t = whole.symmetries[part.kept[i]];
     std::vector<double> s = motions[i];
-    if (!keeps_uniform_motion(whole.m, t.direction, system.period, s, scale)) continue;
+    if (!keeps_uniform_motion(whole.m, t.direction, system.period, s, scale,
+                              by_differences(system) ? kDriftMeasured : 1e-12))
+      continue;
     for (const Symmetry& e : part.eliminated)
       eliminate_from(s, e.direction, static_cast<int>(e.pivot));
     const auto largest = std::max_element(
@@ -301,8 +310,10 @@ Judgement judge(const LiftedSystem& system) {
     const std::size_t before = out.removed.size();
     deflate(system, part, out.removed);
     auto found = eigenvalues(part.m);
-    const double near = part.kept.size() == 1 ? kDrift : kDrifts;
-    const bool drifts = out.removed.size() > before && system.tolerance < 1e-6 &&
+    const double near = by_differences(system)  ? kDriftMeasured
+                        : part.kept.size() == 1 ? kDrift
+                                                : kDrifts;
+    const bool drifts = out.removed.size() > before &&
                         std::any_of(found.begin(), found.end(),
                                     [&](const auto& z) { return std::abs(z - 1.0) < near; });
     if (drifts && deflate_uniform_motions(system, whole, part, out.removed))

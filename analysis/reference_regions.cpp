@@ -208,8 +208,7 @@ void scan(const std::vector<std::string>& f, Case& c, CheckRow& row) {
     row.deviation = std::max(row.deviation, off(changes[i], expected[i]));
 }
 
-/// Common factor of several fields at which stability ends, expected to be one; the reference found
-/// it on a scan whose steps it does not say, about 2.4 %.
+/// Common factor of several fields at which stability ends, expected to be one.
 void edge(const std::vector<std::string>& f, Case& c, CheckRow& row) {
   std::vector<std::pair<Knob, double>> knobs;
   for (const std::string& word : split(f.at(5), ' ')) {
@@ -223,7 +222,7 @@ void edge(const std::vector<std::string>& f, Case& c, CheckRow& row) {
   };
   double low = 0.9, high = 1.1;
   if (!stable(low) || stable(high)) {
-    compare(kInfinite, to_number(f.at(6)), to_number(f.at(7)), row);
+    compare(kInfinite, to_number(f.at(6)), kBoundaryLimit, row);
     return;
   }
   while (high - low > 1e-12) {
@@ -231,7 +230,7 @@ void edge(const std::vector<std::string>& f, Case& c, CheckRow& row) {
     (stable(middle) ? low : high) = middle;
   }
   const double expected = to_number(f.at(6));
-  compare(low * expected, expected, to_number(f.at(7)), row);
+  compare(low * expected, expected, kBoundaryLimit, row);
 }
 
 }  // namespace

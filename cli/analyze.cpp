@@ -44,12 +44,23 @@ void add_csv(CLI::App& command, std::string& file, const std::string& help) {
 }
 
 AnalyzedScene AnalyzeOptions::load() const {
-  analysis::LinearScene linear = analysis::linear_scene(scene.load());
+  const core::Scene given = scene.load();
+  if (given.objects.empty() && given.space != core::Space::kAxis)
+    throw CLI::ValidationError(
+        "--scene", given.name + " has no object, and walls alone are analysed in space: AXIS only");
+  analysis::LinearScene linear = analysis::linear_scene(given);
   AnalyzedScene out{std::move(linear.scene), {}, std::move(linear.assumptions)};
-  if (out.scene.objects.empty())
-    throw CLI::ValidationError("--scene", out.scene.name + " has no object to analyse");
   out.network.set_round_trip(delay_packets, out.scene.ticks_per_packet());
   if (own_packet_timer) out.network.packet_timer = core::PacketTimer::kOwn;
+  return out;
+}
+
+AnalyzedScene AnalyzeOptions::load_with_object(const std::string& what) const {
+  AnalyzedScene out = load();
+  if (out.scene.objects.empty())
+    throw CLI::ValidationError("--scene", out.scene.name + " has no object, which " + what +
+                                              " is about; point, stability, admittance, bounds "
+                                              "and sweep know walls");
   return out;
 }
 
@@ -136,6 +147,13 @@ ordered_json gain_margins(const AnalyzedScene& s, std::string& text) {
         const std::string field = "coupler." + c.name + "." + kind + what;
         out[field] = gain_margin(judge, s.scene, field, now, options, text);
       }
+  for (const core::WallParameters& w : s.scene.walls)
+    for (const auto& [what, now] :
+         {std::pair{"stiffness", w.gain.stiffness}, {"damping", w.gain.damping}}) {
+      if (plane || now <= 0.0) continue;
+      const std::string field = "wall." + w.name + "." + what;
+      out[field] = gain_margin(judge, s.scene, field, now, options, text);
+    }
   return out;
 }
 
@@ -332,7 +350,7 @@ ordered_json closed_forms(const core::Scene& scene, double round_trip, std::stri
 }
 
 void damping(const AnalyzeOptions& o) {
-  const AnalyzedScene s = o.load();
+  const AnalyzedScene s = o.load_with_object("drag in free motion");
   std::string text = fmt::format("{}, round trip {:.6g} packets\n{}{}", s.scene.name,
                                  o.delay_packets, s.assumed(), s.grasp());
   ordered_json json;

@@ -33,6 +33,8 @@ struct AnalyzeOptions {
 
   void add(CLI::App& command);
   [[nodiscard]] AnalyzedScene load() const;
+  /// The same, refusing a scene of walls only: `what` is about an object.
+  [[nodiscard]] AnalyzedScene load_with_object(const std::string& what) const;
   /// The three ways out: `csv` to a file if one is named, `text` to people unless standard output
   /// is the object's, and the object.
   void tell(const std::string& csv_file, const std::string& csv, const std::string& text,

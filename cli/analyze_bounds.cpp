@@ -25,6 +25,7 @@ struct BoundsOptions {
 struct Line {
   std::string user, finger, field;
   bool remote = false;  ///< its force crosses the network
+  bool wall = false;    ///< a wall that the finger touches, instead of a coupler to an object
   analysis::LocalCoupler coupler;
 };
 
@@ -38,6 +39,23 @@ struct Row {
   double exact = 0.0;
   std::string exactly{};  ///< what the exact answer is of
 };
+
+/// What the finger's device and the rates add, or the options in their place.
+void of_device(analysis::LocalCoupler& k, const core::Scene& given,
+               const core::FingerParameters& finger, const BoundsOptions& o) {
+  k.device_damping = finger.damping;
+  const int d = core::index_of(given.devices, finger.device);
+  if (d >= 0) {
+    k.device_friction = given.devices[d].friction;
+    k.encoder_step = given.devices[d].encoder_step;
+  }
+  if (o.device_damping >= 0.0) k.device_damping = o.device_damping;
+  if (o.device_friction >= 0.0) k.device_friction = o.device_friction;
+  if (o.encoder_step >= 0.0) k.encoder_step = o.encoder_step;
+  k.T = given.tick();
+  k.latency_ticks = given.rates.latency_ticks;
+  k.integrator = given.integrator;
+}
 
 std::vector<Line> lines_of(const core::Scene& given, const AnalyzedScene& s,
                            const BoundsOptions& o) {
@@ -67,25 +85,30 @@ std::vector<Line> lines_of(const core::Scene& given, const AnalyzedScene& s,
         k.object_mass = s.scene.objects[object].mass;
         if (s.scene.architecture == core::Architecture::kDistributedSplit)
           k.object_mass /= static_cast<double>(s.scene.users.size());
-        k.device_damping = user.fingers[f].damping;
-        const int d = core::index_of(given.devices, user.fingers[f].device);
-        if (d >= 0) {
-          k.device_friction = given.devices[d].friction;
-          k.encoder_step = given.devices[d].encoder_step;
-        }
-        if (o.device_damping >= 0.0) k.device_damping = o.device_damping;
-        if (o.device_friction >= 0.0) k.device_friction = o.device_friction;
-        if (o.encoder_step >= 0.0) k.encoder_step = o.encoder_step;
-        k.T = s.scene.tick();
-        k.latency_ticks = s.scene.rates.latency_ticks;
-        k.integrator = s.scene.integrator;
+        of_device(k, given, user.fingers[f], o);
         out.push_back(line);
       }
   }
+  for (const core::WallParameters& w : s.scene.walls)
+    for (const core::UserParameters& user : given.users)
+      for (const core::FingerParameters& finger : user.fingers) {
+        if (plane || !w.touches_fingers || w.gain.stiffness <= 0.0) continue;
+        Line line;
+        line.user = user.name;
+        line.finger = finger.name;
+        line.field = "wall." + w.name + ".stiffness";
+        line.wall = true;
+        line.coupler.stiffness = w.gain.stiffness;
+        line.coupler.damping = w.gain.damping;
+        line.coupler.hand_mass = user.mass;
+        of_device(line.coupler, given, finger, o);
+        out.push_back(line);
+      }
   return out;
 }
 
-std::vector<Row> rows_of(const analysis::LocalCoupler& c) {
+std::vector<Row> rows_of(const Line& line) {
+  const analysis::LocalCoupler& c = line.coupler;
   const std::string b_text = fmt::format("b {:g}", c.device_damping);
   const auto no_damping = [&](Row& row) {
     row.applies = c.device_damping > 0.0;
@@ -155,6 +178,20 @@ std::vector<Row> rows_of(const analysis::LocalCoupler& c) {
   diolaiti.exact = late.stiffness;
   diolaiti.exactly = "delayed spring wall without encoder and friction: " + hand_text(late);
   rows.push_back(diolaiti);
+
+  if (line.wall) {  // (3.18) with an object that nothing moves; the hand is stepped exactly
+    constexpr double kFast = 1e300;  // [kg]
+    Row free{"2 B / T", "thesis 3.18, an object held fast", "stable, hand free",
+             fmt::format("B {:g}, mass {:g} kg", c.damping, c.hand_mass),
+             analysis::coupled_masses_stiffness(c.damping, c.hand_mass, kFast, c.T)};
+    free.exact = analysis::stable_wall_stiffness(c, {c.hand_mass, 0.0, 0.0});
+    free.exactly =
+        "this hand, free" + std::string(c.device_damping > 0.0 ? ", device damping too" : "");
+    free.applies = c.latency_ticks == 0;
+    if (!free.applies) free.why_not = "it knows no computation delay";
+    rows.push_back(free);
+    return rows;
+  }
 
   // The closed forms know no device damping and no delay; the exact pair beside them has both.
   const bool exact_object = c.integrator == core::Integrator::kZeroOrderHold;
@@ -271,7 +308,7 @@ void run(const BoundsOptions& o) {
       continue;
     }
     entry["bounds"] = ordered_json::array();
-    for (const Row& row : rows_of(c)) {
+    for (const Row& row : rows_of(line)) {
       const bool needs = row.exactly == "the device's b";
       text += fmt::format(
           "    {:27} {:>12}  exact {:>12}  {}\n", row.name,
@@ -295,7 +332,8 @@ void run(const BoundsOptions& o) {
     json["couplers"].push_back(entry);
   }
   if (json["couplers"].empty())
-    throw Failed(s.scene.name + " has no coupler between hand and object");
+    throw Failed(s.scene.name +
+                 " has no coupler between hand and object, and no wall that fingers touch");
   o.common.tell(o.csv, csv, text, json);
 }
 

@@ -141,7 +141,7 @@ void compensate_object(const CompensateOptions& o, const AnalyzedScene& s, int o
 }
 
 void run(const CompensateOptions& o) {
-  const AnalyzedScene s = o.common.load();
+  const AnalyzedScene s = o.common.load_with_object("compensation");
   ordered_json json;
   json["scene"] = s.scene.name;
   json["delay_packets"] = o.common.delay_packets;

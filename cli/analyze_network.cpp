@@ -40,6 +40,25 @@ NetworkTrace read_trace(const NetworkOptions& o) {
   }
 }
 
+constexpr double kRoom = 60.0;  // packets in flight; a modelled link holds 64
+
+/// A packet that newer ones overtake is never used, so one that is later than a modelled link has
+/// room for counts as lost if any of the next has come by then. How many those are.
+int take_out_overtaken(std::vector<double>& recorded, double delay_ticks, double ticks_per_packet) {
+  const std::vector<double> as_recorded = recorded;
+  int count = 0;
+  for (std::size_t i = 0; i < recorded.size(); ++i) {
+    if (delay_ticks + recorded[i] <= kRoom * ticks_per_packet) continue;
+    for (std::size_t k = 1; k <= static_cast<std::size_t>(kRoom) && recorded[i] >= 0.0; ++k) {
+      const double later = as_recorded[(i + k) % as_recorded.size()];
+      if (later >= 0.0 && static_cast<double>(k) * ticks_per_packet + later <= as_recorded[i])
+        recorded[i] = -1.0;
+    }
+    count += recorded[i] < 0.0 ? 1 : 0;
+  }
+  return count;
+}
+
 void add_fates(const NetworkOptions& o, std::span<const double> recorded, AnalyzedScene& s) {
   const double local_hz = s.scene.rates.local_hz;
   core::LinkModelParameters link = o.link.model(local_hz);
@@ -53,7 +72,6 @@ void add_fates(const NetworkOptions& o, std::span<const double> recorded, Analyz
     }
   double longest = link.delay_ticks + 2.0 * link.jitter_ticks;
   for (const double d : recorded) longest = std::max(longest, link.delay_ticks + d);
-  constexpr double kRoom = 60.0;  // packets; a modelled link holds 64
   const double in_flight = longest / s.scene.ticks_per_packet();
   if (in_flight <= kRoom) return;
   throw CLI::ValidationError(
@@ -81,15 +99,27 @@ std::string said(const NetworkOptions& o, const NetworkTrace& trace) {
 void run(const NetworkOptions& o) {
   AnalyzedScene s = o.common.load();
   const NetworkTrace trace = read_trace(o);
-  const std::vector<double> recorded = trace.in_ticks(s.scene.rates.local_hz);
+  std::vector<double> recorded = trace.in_ticks(s.scene.rates.local_hz);
+  const int overtaken =
+      o.fifo ? 0
+             : take_out_overtaken(recorded,
+                                  s.network.link[0][1].delay_ticks +
+                                      o.link_delay_ms * 1e-3 * s.scene.rates.local_hz,
+                                  s.scene.ticks_per_packet());
   add_fates(o, recorded, s);
 
   ordered_json json;
   json["scene"] = s.scene.name;
   json["delay_packets"] = o.common.delay_packets;
   json["assumptions"] = s.assumptions;
+  if (!recorded.empty()) json["recorded_overtaken"] = overtaken;
   std::string text = fmt::format("{}, round trip {:.6g} packets{}\n{}", s.scene.name,
                                  o.common.delay_packets, said(o, trace), s.assumed());
+  if (overtaken > 0)
+    text += fmt::format(
+        "  {} of the recorded delays are above {:.4g} ms: newer packets overtake those, they count "
+        "as lost\n",
+        overtaken, 1e3 * kRoom / s.scene.rates.packet_hz);
 
   const auto session = analysis::random_session(s.scene, s.network);
   ordered_json& square = json["mean_square"];

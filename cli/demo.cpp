@@ -39,7 +39,7 @@ struct DemoArguments {
   double seconds = 20.0;
   bool compensation = false, no_cyclictest = false, no_view = false;
   int priority = 80;
-  std::string reconstruction;
+  std::string reconstruction, on_unstable = "refuse";
   std::string out = "tandem-demo", picture;
   JsonOption json;
 };
@@ -124,7 +124,8 @@ DemoRun run_of(const DemoArguments& a, const Session& s) {
     run.node_arguments = {"--hands",        "recorded",     "--hand-file",
                           a.hand_file,      "--hand-after", fmt::format("{}", s.times.carry_start),
                           "--hand-columns", a.hand_columns};
-  run.node_arguments.insert(run.node_arguments.end(), {"--priority", std::to_string(a.priority)});
+  run.node_arguments.insert(run.node_arguments.end(), {"--priority", std::to_string(a.priority),
+                                                       "--on-unstable", a.on_unstable});
   return run;
 }
 
@@ -400,6 +401,12 @@ void add_demo(CLI::App& app) {
                       "time=t_s,y=x_master_rad:rad@0.075");
   command->add_option("--priority", a->priority, "SCHED_FIFO priority of the force loops; 0: none")
       ->check(CLI::Range(0, 99))
+      ->capture_default_str();
+  command
+      ->add_option("--on-unstable", a->on_unstable,
+                   "of the nodes: refuse or warn where the scene, at the delay they measure, is "
+                   "predicted to be unstable")
+      ->check(CLI::IsMember({"refuse", "warn"}))
       ->capture_default_str();
   command->add_flag("--no-cyclictest", a->no_cyclictest, "do not run cyclictest beside it");
   command->add_flag("--no-view", a->no_view,

@@ -10,6 +10,7 @@
 #include "analysis/response.h"
 #include "cli/analyze.h"
 #include "cli/commands.h"
+#include "cli/picture.h"
 #include "core/plane_body.h"
 
 namespace tandem::cli {
@@ -20,11 +21,36 @@ using nlohmann::ordered_json;
 
 struct AdmittanceOptions {
   AnalyzeOptions common;
-  std::string user, csv, axis = "x";
+  std::string user, csv, picture, axis = "x";
   double from = 0.1, to = 0.0;
   int count = 60;
   bool alone = false, position = false;
 };
+
+/// Of the object, which the ideal is to feel like; none where there are only walls.
+double ideal_inertia(const core::Scene& scene, bool turns) {
+  if (scene.objects.empty()) return 0.0;
+  const core::ObjectParameters& object = scene.objects[0];
+  return turns ? 1.0 / core::plane_body_parameters(object, 0.0).inverse_inertia : object.mass;
+}
+
+/// As the figures of chapter 6 are drawn.
+void draw_response(const AdmittanceOptions& o, const ordered_json& json) {
+  ordered_json results{{"kind", "response"},
+                       {"title", json["scene"].get<std::string>() + ": felt by user " +
+                                     json["user"].get<std::string>() + ", " + o.axis},
+                       {"response", json["response"]}};
+  ordered_json ideal{{"name", "ideal"}}, felt{{"name", "felt"}};
+  for (const ordered_json& row : json["rows"]) {
+    results["omega_rad_s"].push_back(row["omega_rad_s"]);
+    felt["magnitude"].push_back(row["magnitude"]);
+    felt["phase_deg"].push_back(row["phase_deg"]);
+    ideal["magnitude"].push_back(row["ideal_magnitude"]);
+    ideal["phase_deg"].push_back(row["ideal_phase_deg"]);
+  }
+  results["curves"] = {std::move(ideal), std::move(felt)};
+  draw_json(o.picture, "plot_figure.py", results);
+}
 
 void run(const AdmittanceOptions& o) {
   AnalyzedScene s = o.common.load();
@@ -59,9 +85,7 @@ void run(const AdmittanceOptions& o) {
     if (on_axis) return (*on_axis)(w, o.position);
     return analysis::admittance(system, axes[turns ? 2 : o.axis == "y" ? 1 : 0], w, o.position);
   };
-  const core::ObjectParameters& object = s.scene.objects[0];
-  const double inertia =
-      turns ? 1.0 / core::plane_body_parameters(object, 0.0).inverse_inertia : object.mass;
+  const double inertia = ideal_inertia(s.scene, turns);
   double wall_k = 0.0, wall_b = 0.0;
   for (const core::WallParameters& wall : s.scene.walls) {
     wall_k += wall.gain.stiffness;
@@ -72,9 +96,12 @@ void run(const AdmittanceOptions& o) {
             : (o.position ? "X/F [m/N]" : "V/F [m/(N s)]");
   std::string text = fmt::format(
       "{}, round trip {:.6g} packets, user {}{}, {}: {}, force held and motion sampled once a "
-      "packet\n{}{}       rad/s    magnitude  phase [deg]   ideal: mass{}\n",
+      "packet\n{}{}       rad/s    magnitude  phase [deg]   ideal: {}\n",
       s.scene.name, o.common.delay_packets, user, o.alone ? " alone" : "", o.axis, what,
-      s.assumed(), s.grasp(), wall_k > 0.0 ? " at the wall" : "");
+      s.assumed(), s.grasp(),
+      wall_k <= 0.0   ? "mass"
+      : inertia > 0.0 ? "mass at the wall"
+                      : "wall");
   std::string csv = "omega_rad_s,magnitude,phase_deg,ideal_magnitude,ideal_phase_deg\n";
   ordered_json json;
   json["scene"] = s.scene.name;
@@ -105,6 +132,7 @@ void run(const AdmittanceOptions& o) {
                             {"ideal_phase_deg", ideal_phase}});
   }
   o.common.tell(o.csv, csv, text, json);
+  if (!o.picture.empty()) draw_response(o, json);
 }
 
 }  // namespace
@@ -129,6 +157,8 @@ void add_analyze_admittance(CLI::App& analyze) {
       ->check(CLI::Range(1, 100000))
       ->capture_default_str();
   add_csv(*command, o->csv, "write the response to this file");
+  command->add_option("--picture", o->picture, "draw it: a .svg or .png file")
+      ->check(picture_file, "", "a picture");
   on_call(*command, o, run);
 }
 

@@ -65,13 +65,15 @@ void add_fates(const NetworkOptions& o, std::span<const double> recorded, Analyz
   const double own_delay = link.delay_ticks;
   link.recorded = recorded;
   link.recorded_from_seed = true;
+  double fixed = 0.0;
   for (auto& row : s.network.link)
     for (core::LinkModelParameters& one : row) {
       link.delay_ticks = one.delay_ticks + own_delay;
+      fixed = std::max(fixed, link.delay_ticks);
       one = link;
     }
-  double longest = link.delay_ticks + 2.0 * link.jitter_ticks;
-  for (const double d : recorded) longest = std::max(longest, link.delay_ticks + d);
+  double longest = fixed + 2.0 * link.jitter_ticks;
+  for (const double d : recorded) longest = std::max(longest, fixed + d);
   const double in_flight = longest / s.scene.ticks_per_packet();
   if (in_flight <= kRoom) return;
   throw CLI::ValidationError(
@@ -101,11 +103,11 @@ void run(const NetworkOptions& o) {
   const NetworkTrace trace = read_trace(o);
   std::vector<double> recorded = trace.in_ticks(s.scene.rates.local_hz);
   const int overtaken =
-      o.fifo ? 0
-             : take_out_overtaken(recorded,
-                                  s.network.link[0][1].delay_ticks +
-                                      o.link_delay_ms * 1e-3 * s.scene.rates.local_hz,
-                                  s.scene.ticks_per_packet());
+      o.link.fifo ? 0
+                  : take_out_overtaken(recorded,
+                                       s.network.link[0][1].delay_ticks +
+                                           o.link.delay_ms * 1e-3 * s.scene.rates.local_hz,
+                                       s.scene.ticks_per_packet());
   add_fates(o, recorded, s);
 
   ordered_json json;

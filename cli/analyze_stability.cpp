@@ -6,6 +6,7 @@
 #include "analysis/boundary.h"
 #include "cli/analyze.h"
 #include "cli/commands.h"
+#include "cli/picture.h"
 #include "cli/sweep_session.h"
 
 namespace tandem::cli {
@@ -18,7 +19,7 @@ struct StabilityOptions {
   AnalyzeOptions common;
   SweepOptions sweep;
   std::vector<std::string> vary;
-  std::string csv;
+  std::string csv, picture;
   int check_every = 100;
   int squares = 16;
 };
@@ -82,6 +83,27 @@ void intervals(const StabilityOptions& o, const AnalyzedScene& s, const Varied& 
   json["road"] = judge.road();
   json["evaluations"] = judge.evaluations();
   o.common.tell(o.csv, csv, text, json);
+}
+
+/// As the figures of chapter 5 are drawn.
+void draw_map(const StabilityOptions& o, const ordered_json& json, const Varied& x, const Varied& y,
+              const analysis::StabilityMap& found) {
+  ordered_json results{{"kind", "map"},
+                       {"title", json["scene"].get<std::string>() + ": stable region and boundary"},
+                       {"x", json["x"]},
+                       {"y", json["y"]}};
+  results["x"]["label"] = x.knob.name();
+  results["y"]["label"] = y.knob.name();
+  ordered_json region{{"round_trip_packets", o.common.delay_packets},
+                      {"boundary", json["boundary"]}};
+  for (int j = 0; j < y.axis.count; ++j) {  // one string a row, y upwards
+    std::string row;
+    for (int i = 0; i < x.axis.count; ++i)
+      row += found.stable[static_cast<std::size_t>(j) * x.axis.count + i] != 0 ? '1' : '0';
+    region["cells"].push_back(row);
+  }
+  results["regions"] = {std::move(region)};
+  draw_json(o.picture, "plot_figure.py", results);
 }
 
 void map(const StabilityOptions& o, const AnalyzedScene& s, const Varied& x, const Varied& y) {
@@ -156,6 +178,7 @@ void map(const StabilityOptions& o, const AnalyzedScene& s, const Varied& x, con
     text += '\n';
   }
   o.common.tell(o.csv, csv, text, json);
+  if (!o.picture.empty()) draw_map(o, json, x, y, found);
   if (found.check.differ > 0)
     throw Failed(
         fmt::format("{} of {} points are judged otherwise on the running loop: do not use "
@@ -166,6 +189,8 @@ void map(const StabilityOptions& o, const AnalyzedScene& s, const Varied& x, con
 void run(const StabilityOptions& o) {
   const AnalyzedScene s = o.common.load();
   const Varied first = parse(s.scene, o.vary.at(0));
+  if (o.vary.size() == 1 && !o.picture.empty())
+    throw CLI::ValidationError("--picture", "a picture is of a map: give --vary twice");
   if (o.vary.size() == 1) return intervals(o, s, first);
   const Varied second = parse(s.scene, o.vary.at(1));
   const double cells = 1.0 * first.axis.count * second.axis.count;
@@ -195,6 +220,8 @@ void add_analyze_stability(CLI::App& analyze) {
       ->expected(1, 2)
       ->allow_extra_args(false);
   add_csv(*command, o->csv, "write intervals or boundary segments to this file");
+  command->add_option("--picture", o->picture, "draw a map of two fields: a .svg or .png file")
+      ->check(picture_file, "", "a picture");
   command
       ->add_option("--check-every", o->check_every,
                    "judge one cell in so many again on the running loop; 0: none")

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Draws what `tandem analyze figure` found.  plot_figure.py RESULTS.json PICTURE.{png,svg,pdf}
+"""Draws what `tandem analyze figure`, stability and admittance found.  plot_figure.py RESULTS.json PICTURE.{png,svg,pdf}
 
 Maps (chapter 5): the stable region and its exact boundary for each round trip. Frequency responses
 (chapter 6): magnitude in decibels and phase, with the low frequencies of Fig 6.2 by themselves.
@@ -38,7 +38,8 @@ def draw_map(results):
     axis.set_ylim(y["from"], y["to"])
     axis.set_xlabel(x["label"])
     axis.set_ylabel(y["label"])
-    axis.set_title(f"Fig {results['figure']}: stable region (shaded) and its boundary")
+    axis.set_title(results.get("title") or
+                   f"Fig {results['figure']}: stable region (shaded) and its boundary")
     axis.legend(handles=handles, title="round trip [packets]", fontsize=8)
     axis.grid(alpha=0.3)
     return figure
@@ -48,7 +49,7 @@ def draw_response(results):
     # Fig 6.2 has its low frequencies in a picture of their own.
     omega = results["omega_rad_s"]
     ranges = [(omega[0], omega[-1])]
-    if results["figure"] == "6.2" and omega[0] < 10.0 < omega[-1]:
+    if results.get("figure") == "6.2" and omega[0] < 10.0 < omega[-1]:
         ranges = [(omega[0], 10.0), (10.0, omega[-1])]
     figure, axes = plt.subplots(2, len(ranges), figsize=(5.4 * len(ranges) + 1, 6), squeeze=False,
                                 sharex="col")
@@ -73,7 +74,7 @@ def draw_response(results):
     axes[0, 0].set_ylabel(f"|{kind}| [dB re 1 {unit.strip('[]')}]")
     axes[1, 0].set_ylabel("phase [degree]")
     axes[0, -1].legend(fontsize=8)
-    figure.suptitle(f"Fig {results['figure']}: admittance felt by a hand")
+    figure.suptitle(results.get("title") or f"Fig {results['figure']}: admittance felt by a hand")
     return figure
 
 

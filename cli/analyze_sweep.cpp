@@ -58,14 +58,16 @@ double delay_left(AnalyzedScene s, double packets) {
   return last;
 }
 
-/// The factor all stiffnesses of couplers may be multiplied with, from one up to the first boundary
-/// on a scan of 60 ratios to 100; 0: not stable as it is.
+/// The factor all stiffnesses of couplers (walls, where there are no couplers) may be multiplied
+/// with, from one up to the first boundary on a scan of 60 ratios to 100; 0: not stable as it is.
 double stiffness_left(const AnalyzedScene& s) {
   analysis::StabilityJudge judge(s.scene, s.network);
   core::Scene edited = s.scene;
   const auto margin = [&](double factor) {
     for (std::size_t i = 0; i < edited.couplers.size(); ++i)
       edited.couplers[i].gain.stiffness = factor * s.scene.couplers[i].gain.stiffness;
+    for (std::size_t i = 0; s.scene.couplers.empty() && i < edited.walls.size(); ++i)
+      edited.walls[i].gain.stiffness = factor * s.scene.walls[i].gain.stiffness;
     return judge.margin(edited);
   };
   double before = 1.0, at_before = margin(before);
@@ -95,7 +97,8 @@ void find_out(const AnalyzedScene& s, double packets, const Wanted& wanted, Swee
     }
   }
   if (!wanted.margins) return;
-  row.push_back(growth < 1.0 ? delay_left(s, packets) : -1.0);
+  const bool network = s.scene.architecture != core::Architecture::kSingle;
+  row.push_back(!network ? kNothing : growth < 1.0 ? delay_left(s, packets) : -1.0);
   row.push_back(growth < 1.0 ? stiffness_left(s) : 0.0);
 }
 

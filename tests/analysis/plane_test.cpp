@@ -190,5 +190,22 @@ TEST(Plane, KnobsReachEveryDirection) {
   EXPECT_THROW(Knob(scene, "coupler.nobody.stiffness"), std::invalid_argument);
 }
 
+// A lone grasp drifts freely in x, y and rotation. The map by finite differences on the loop, exact
+// to some 1e-8, has to take that out too; a drag of 0.01 N s/m, 1 - 9e-5 a packet, it may not.
+TEST(PlaneGrasp, FreeDriftIsTakenOutOfTheMeasuredMapAndDragIsNot) {
+  const core::Scene scene = linear_scene(scene::load_scene("plane_single")).scene;
+  const Judgement exact = judge(resampled_system(scene, {}));
+  const Judgement measured = judge(measured_system(scene, {}));
+  EXPECT_EQ(exact.removed.size(), 6u);
+  EXPECT_EQ(measured.removed.size(), 6u);
+  EXPECT_LT(exact.radius, 0.9);
+  EXPECT_NEAR(measured.radius, exact.radius, 1e-7);
+
+  core::Scene braked = scene;
+  for (auto& finger : braked.users[0].fingers) finger.damping = 0.005;
+  const Judgement drag = judge(measured_system(braked, {}));
+  EXPECT_NEAR(1.0 - drag.radius, 0.01 / 128.0 / 0.84, 1e-5);
+}
+
 }  // namespace
 }  // namespace tandem::analysis

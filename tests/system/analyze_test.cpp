@@ -1,4 +1,5 @@
-// Sweeps that are stopped half way and gone on with.
+// `tandem analyze` as a program: sweeps that are stopped half way and gone on with, scenes of walls
+// only, recorded networks.
 
 #include <algorithm>
 #include <csignal>
@@ -7,6 +8,7 @@
 #include <sstream>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "tests/system/program.h"
 
@@ -98,6 +100,57 @@ TEST(Sweeps, UnderMpirunGiveTheSameBytes) {
   ASSERT_EQ(std::system(command.c_str()), 0);
   EXPECT_EQ(bytes_of(three), bytes_of(scratch("alone.csv")));
 #endif
+}
+
+nlohmann::json result_of(std::vector<std::string> arguments) {
+  arguments.insert(arguments.begin(), "analyze");
+  arguments.insert(arguments.end(), {"--json", scratch("result.json")});
+  Program p(arguments);
+  EXPECT_EQ(p.wait(), 0) << p.output();
+  return nlohmann::json::parse(bytes_of(scratch("result.json")), nullptr, false);
+}
+
+// A mass m on a held wall of K and B: (3.18) with an object that nothing moves, k < 2 B / T where
+// B < 2 m / T = 204.8 N s/m. A passive wall needs b = K T / 2 + B of the device.
+TEST(Walls, HaveBoundsAndAnExactAnswer) {
+  const double T = 1.0 / 1024.0;
+  const auto bounds = result_of({"bounds", "--scene", "wall_single"});
+  ASSERT_EQ(bounds["couplers"].size(), 1u);
+  EXPECT_EQ(bounds["couplers"][0]["field"], "wall.wall.stiffness");
+  int seen = 0;
+  for (const auto& row : bounds["couplers"][0]["bounds"]) {
+    if (row["bound"] == "2 B / T") {
+      EXPECT_NEAR(row["value"].get<double>(), 2.0 * 10.0 / T, 1e-9);
+      EXPECT_NEAR(row["exact"].get<double>(), 2.0 * 10.0 / T, 20480.0 * 1e-6);
+      ++seen;
+    }
+    if (row["bound"] == "Colgate-Schenkel, damping") {
+      EXPECT_NEAR(row["value"].get<double>(), 1000.0 * T / 2.0 + 10.0, 1e-9);
+      ++seen;
+    }
+  }
+  EXPECT_EQ(seen, 2);
+  // The hand's own 300 N/m hold it too: 1000 + 300 at rest.
+  const auto point = result_of({"point", "--scene", "wall_single"});
+  EXPECT_TRUE(point["stable"]);
+  EXPECT_NEAR(point["felt"]["1"]["alone"]["stiffness_n_per_m"].get<double>(), 1300.0, 1e-6);
+  EXPECT_TRUE(point["gains"].contains("wall.wall.stiffness"));
+  // Far below the resonance, sqrt(1300 / 0.1) = 114 rad/s, X/F is 1 / 1300; the ideal has no hand.
+  const auto response = result_of(
+      {"admittance", "--scene", "wall_single", "--position", "--from", "0.01", "--count", "1"});
+  EXPECT_NEAR(response["rows"][0]["magnitude"].get<double>(), 1.0 / 1300.0, 1e-6 / 1300.0);
+  EXPECT_NEAR(response["rows"][0]["ideal_magnitude"].get<double>(), 1e-3, 1e-9);
+}
+
+TEST(RecordedNetworks, ADelayThatNewerPacketsOvertakeCountsAsLost) {
+  std::ofstream file(scratch("delays.txt"));
+  for (int i = 0; i < 200; ++i) file << (i == 100 ? 3000.0 : 8.0) << '\n';
+  file.close();
+  const auto found = result_of({"network", "--scene", "axis_distributed", "--trace",
+                                scratch("delays.txt"), "--runs", "2", "--packets", "100"});
+  EXPECT_EQ(found["recorded_overtaken"], 1);
+  EXPECT_EQ(found["mean_square"]["independent_draws"], "from the recorded histogram");
+  EXPECT_EQ(found["typical_run"]["verdict"], "stable");
 }
 
 }  // namespace

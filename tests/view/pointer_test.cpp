@@ -1,7 +1,8 @@
+#include <gtest/gtest.h>
+
+// After GoogleTest, which has a type None; X makes that a number.
 #include <X11/Xlib.h>
 #include <X11/extensions/XTest.h>
-
-#include <gtest/gtest.h>
 
 #include "recording/recording_reader.h"
 #include "scene/load_scene.h"

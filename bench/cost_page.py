@@ -3,7 +3,8 @@
 
   bench/cost_page.py measure TANDEM_PROGRAM [NAME ...] [-- options of `bench error`]
                             runs the commands (or only those named) and keeps what they printed in
-                            docs/cost.json; on a quiet machine, minutes
+                            docs/cost.json; on a quiet machine, minutes. `scale` and `latency` run
+                            only if named
   bench/cost_page.py write  writes docs/cost.md from docs/cost.json
   bench/cost_page.py check  says whether docs/cost.md is what `write` would write
 """
@@ -22,7 +23,10 @@ COMMANDS = {
     "tick": ["bench", "tick"],
     "box_distributed": ["simulate", "--scene", "box_distributed", "--seconds", "60"],
     "axis_distributed": ["simulate", "--scene", "axis_distributed", "--seconds", "60"],
+    "scale": ["bench", "scale"],
+    "latency": ["bench", "latency"],
 }
+OPTIONAL = ("scale", "latency")  # the page is written without them, too
 
 CASES = {
     "masses": "hand and object on one coupler, the object thrown",
@@ -44,7 +48,7 @@ def measure(program, names, extra):
         with open(STORE) as file:
             stored = json.load(file)
     version = subprocess.run([program, "--version"], check=True, stdout=subprocess.PIPE, text=True).stdout
-    for name in names or COMMANDS:
+    for name in names or [n for n in COMMANDS if n not in OPTIONAL]:
         words = COMMANDS[name] + ["--json", "-"]
         if name == "error":
             words += ["--picture", PICTURE] + extra
@@ -52,7 +56,8 @@ def measure(program, names, extra):
         out = subprocess.run([program, *words], check=True, stdout=subprocess.PIPE, text=True).stdout
         printed = json.loads(out)
         if "runs" in printed:  # the peers' are in the verdict as far as they count
-            printed["runs"] = [r for r in printed["runs"] if r["engine"] == "tandem"]
+            printed["runs"] = [r for r in printed["runs"]
+                               if r["engine"] == "tandem" and r["hz"] in (256, 1024, 16384)]
         stored[name] = {"command": spoken(name)[1:-1], "program": version.strip(),
                         "day": str(datetime.date.today()), "load": round(os.getloadavg()[0], 1),
                         "printed": printed}
@@ -131,6 +136,44 @@ def features(cost):
     return table(["declared", "tick of the whole session [ns]", "added [ns]", "to"], rows)
 
 
+def growth(scale):
+    number = lambda x: "-" if x is None else f"{x:.3g}"
+    return table(["architecture", "what", "grows with", "exponent", "budget", "knee"],
+                 [[g["architecture"], g["what"], g["over"], number(g["exponent"]), str(g["budget_of"]),
+                   number(g["knee"])] for g in scale["growth"]])
+
+
+def path(rate):
+    rows = [[s["stage"], s["whose"]] + [f'{s[k]:.1f}' for k in ("p50_us", "p99_us")]
+            for s in rate["stages"]]
+    rows += [[c["name"], c["how"]] + ([f'{c[k]:.1f}' for k in ("p50_us", "p99_us")] if "p50_us" in c
+                                      else ["-", str(c.get("why_not", ""))])
+             for c in rate["carriers"]]
+    return table(["part of the path, or carrier beside it", "whose, how", "median [us]", "p99 [us]"], rows)
+
+
+def more(stored):
+    """Sections of the benches that are there."""
+    text = ""
+    if "scale" in stored:
+        text += f"""
+## Users and objects
+
+{spoken("scale")}
+
+{growth(stored["scale"]["printed"])}
+"""
+    for rate in stored["latency"]["printed"]["rates"] if "latency" in stored else []:
+        text += f"""
+## From motion to force, {rate["packet_hz"]:.0f} packets a second of {rate["bytes"]:.0f} bytes
+
+{spoken("latency")}
+
+{path(rate)}
+"""
+    return text
+
+
 def page(stored):
     e, cost, tick = (stored[n]["printed"] for n in ("error", "cost", "tick"))
     plane, axis = (stored[n]["printed"]["speedup"] for n in ("box_distributed", "axis_distributed"))
@@ -138,7 +181,7 @@ def page(stored):
     ours, best = e["least_speedup_at_equal_error"], e["best_scheme_least_speedup_at_equal_error"]
     told = lambda speed, case: f"{speed:.1f}, in {case}" if speed else "none"
     when = "\n".join(f'- {spoken(n)}: {stored[n]["program"]}, {stored[n]["day"]}, mean load of the minute '
-                     f'at its end {stored[n]["load"]}' for n in COMMANDS)
+                     f'at its end {stored[n]["load"]}' for n in COMMANDS if n in stored)
     return f"""# What it costs and how right it is
 
 Every number here was printed by one of these commands, is kept in [cost.json](cost.json), and was
@@ -213,7 +256,7 @@ not declare is not in its row: no code runs for it.
   ratio {tick["ratio"]:.2f} (at most 2).
 - {spoken("box_distributed")}: {plane:.0f} times real time on one core (at least 1000).
 - {spoken("axis_distributed")}: {axis:.0f} times (at least 3000).
-
+{more(stored)}
 ## What the numbers cannot tell
 
 - The hand here is a model with known mass. A person's is not: the error of a scheme on `masses` and
@@ -244,7 +287,7 @@ def main():
         sys.exit(__doc__)
     with open(STORE) as file:
         stored = json.load(file)
-    missing = [n for n in COMMANDS if n not in stored]
+    missing = [n for n in COMMANDS if n not in stored and n not in OPTIONAL]
     if missing:
         sys.exit(f"cost_page.py: docs/cost.json lacks {', '.join(missing)}: run `measure` first")
     text = page(stored)

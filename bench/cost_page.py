@@ -180,8 +180,8 @@ def page(stored):
     peers = ", ".join(f"{p} ({state})" for p, state in e["peers"].items())
     ours, best = e["least_speedup_at_equal_error"], e["best_scheme_least_speedup_at_equal_error"]
     told = lambda speed, case: f"{speed:.1f}, in {case}" if speed else "none"
-    when = "\n".join(f'- {spoken(n)}: {stored[n]["program"]}, {stored[n]["day"]}, mean load of the minute '
-                     f'at its end {stored[n]["load"]}' for n in COMMANDS if n in stored)
+    when = "\n".join(f'- {spoken(n)}: {stored[n]["program"]}, {stored[n]["day"]}, load average of the '
+                     f'minute that it ended {stored[n]["load"]}' for n in COMMANDS if n in stored)
     return f"""# What it costs and how right it is
 
 Every number here was printed by one of these commands, is kept in [cost.json](cost.json), and was

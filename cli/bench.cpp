@@ -1,7 +1,9 @@
 #include "bench/analysis.h"
 #include "bench/cost.h"
 #include "bench/error.h"
+#include "bench/latency.h"
 #include "bench/packet.h"
+#include "bench/scale.h"
 #include "bench/tick.h"
 #include "bench/view.h"
 #include "bench/wakeup.h"
@@ -17,7 +19,9 @@ void add_bench(CLI::App& app) {
   bench::add_bench_error(*command);
   bench::add_bench_cost(*command);
   bench::add_bench_tick(*command);
+  bench::add_bench_latency(*command);
   bench::add_bench_packet(*command);
+  bench::add_bench_scale(*command);
   bench::add_bench_view(*command);
   bench::add_bench_wakeup(*command);
 }

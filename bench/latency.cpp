@@ -46,7 +46,7 @@ string said_by(const string& command) {
 /// One way of carrying a state: from being handed over to being there for its reader.
 struct Carrier {
   string name, how;
-  std::vector<double> us{};  ///< of each message
+  std::vector<double> us{};    ///< of each message
   SockperfSummary sockperf{};  ///< instead: of the last round
   Percentiles result{};
   string why_not;
@@ -147,7 +147,7 @@ class Bench {
     const string file = beside_us(string("bench_latency_") + program.name);
     if (file.empty()) {
       carrier.why_not = fmt::format(
-          "not built: apt install {}, configure, build the target bench_latency", program.package);
+          "not built: apt install {}, configure, build the target bench_peers", program.package);
       return;
     }
     const string said =

@@ -1,5 +1,6 @@
 #include "bench/scale_traffic.h"
 
+#include <algorithm>
 #include <arpa/inet.h>
 #include <array>
 #include <atomic>

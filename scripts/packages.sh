@@ -10,8 +10,8 @@ build_packages=(
 )
 # For `tandem netem`: namespaces and conditions, and a kernel that has netem where this one has none.
 netem_packages=(iproute2 user-mode-linux)
-# The engines that `tandem bench error` compares with, if they are there; MuJoCo: pip install mujoco.
-bench_packages=(libbox2d-dev libbullet-dev libode-dev)
+# What `tandem bench error` and `bench latency` compare with, if it is there; MuJoCo: pip install mujoco.
+bench_packages=(libbox2d-dev libbullet-dev libode-dev libenet-dev cyclonedds-dev cyclonedds-tools sockperf)
 # For the tests beyond that: formatting, lint, network namespaces.
 test_packages=(clang-format-14 clang-tidy-14 iproute2 procps util-linux xvfb libxtst-dev)
 

@@ -49,7 +49,7 @@ struct Carrier {
   std::vector<double> us{};    ///< of each message
   SockperfSummary sockperf{};  ///< instead: of the last round
   Percentiles result{};
-  string why_not;
+  string why_not{};
 };
 
 struct PeerProgram {

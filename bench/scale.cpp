@@ -16,6 +16,7 @@
 #include "bench/machine.h"
 #include "bench/report.h"
 #include "bench/scale_json.h"
+#include "core/records.h"
 #include "scene/load_scene.h"
 
 namespace tandem::bench {
@@ -152,6 +153,11 @@ bool is_held(const ScaleRow& row) {
   return row.traffic.in_per_s >= wanted && row.traffic.delivered_per_s >= wanted;
 }
 
+std::string meeting(const Growth& g) {
+  if (std::isinf(g.knee.n)) return "not in reach";
+  return fmt::format("{} {:.0f} {}", g.knee.measured ? "at" : "by the law at", g.knee.n, g.over);
+}
+
 std::string line(const ScaleRow& row) {
   const Traffic& t = row.traffic;
   std::string text = fmt::format("  {:<8}{:>6}{:>8}{:>10.0f}{:>10.1f}", row.architecture,
@@ -182,19 +188,16 @@ std::string Bench::text() const {
   for (const ScaleRow& row : rows_) text += line(row);
   text += "how it grows, fitted to the larger half, and where it meets its budget\n";
   for (const Growth& g : growths_)
-    text += fmt::format("  {:<8}{:<26}~ {}^{:<5.2f} (within {:2.0f} %)  {:<34}{}\n", g.architecture,
-                        g.what, g.over, g.law.exponent, 100 * g.law.spread, g.of,
-                        std::isinf(g.knee.n)
-                            ? std::string("never")
-                            : fmt::format("at {:.0f} {}{}", g.knee.n, g.over,
-                                          g.knee.measured ? "" : " (by the law, not measured)"));
+    text += fmt::format("  {:<8}{:<24}~ {:<13} (within {:2.0f} %)  {:<32}{}\n", g.architecture,
+                        g.what, fmt::format("{}^{:.2f}", g.over, g.law.exponent),
+                        100 * g.law.spread, g.of, meeting(g));
   text += fmt::format(
       "beside it, one thread to itself, {} bytes: sendmmsg {:.0f}, send {:.0f} datagrams/s\n"
       "caps: {} users, {} objects in the laws as shipped; {} numbers in a datagram, so {} planar "
-      "bodies with two fingers (a replica),\n  {} at a server; a recording names at most 32 users "
-      "in a tick\n",
+      "bodies with two fingers (a replica),\n  {} at a server; a tick of a recording names {}\n",
       kBytes, loopback_.sendmmsg, loopback_.send, core::kMaxUsers, core::kMaxObjects,
-      core::kMaxPacketValues, (core::kMaxPacketValues - 8) / 6, (core::kMaxPacketValues - 4) / 6);
+      core::kMaxPacketValues, (core::kMaxPacketValues - 8) / 6, (core::kMaxPacketValues - 4) / 6,
+      8 * sizeof(core::TickRecord::fresh));
   for (const ScaleRow& row : roomy_)
     text += fmt::format(
         "  two users and one object in laws for {} and {}: {} tick {:.0f} ns, {:.2f} "
@@ -278,14 +281,16 @@ std::vector<Growth> growths_of(const std::vector<ScaleRow>& rows, double sendmms
     double (*value)(const ScaleRow&);
     bool on_wire;
   };
-  const std::array<Quantity, 6> quantities{{
+  const std::array<Quantity, 7> quantities{{
       {"tick of the site", "ns", "1 ms", kTickBudget_ns,
        [](const ScaleRow& r) { return r.tick_ns; }, false},
       {"time of the session", "s/s", "real time on one core", 1.0,
        [](const ScaleRow& r) { return 1.0 / r.virtual_speed; }, false},
       {"packets of the site", "1/s", "sendmmsg, in and out", sendmmsg_per_s,
        [](const ScaleRow& r) { return 0.5 * (r.traffic.in_per_s + r.traffic.out_per_s); }, true},
-      {"bytes of the site", "1/s", "1 Gbit/s, in and out", 1.25e8,
+      {"packets of the session", "1/s", "sendmmsg, all on one machine", sendmmsg_per_s,
+       session_packets, false},
+      {"bytes of the site", "1/s", "1 Gbit/s", 1.25e8,
        [](const ScaleRow& r) {
          return 0.5 * (r.traffic.bytes_in_per_s + r.traffic.bytes_out_per_s);
        },

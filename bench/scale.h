@@ -23,8 +23,8 @@ struct Growth {
 };
 
 /// Budgets: a tick within 1 ms; link and force thread within one processor each; the packets of a
-/// site within what one thread can send and receive by sendmmsg; virtual time not slower than real
-/// time.
+/// site, and of the session if it were on one machine, within what one thread can send and receive
+/// by sendmmsg; virtual time not slower than real time.
 [[nodiscard]] std::vector<Growth> growths_of(const std::vector<ScaleRow>& rows,
                                              double sendmmsg_per_s);
 

@@ -5,6 +5,12 @@
 
 namespace tandem::bench {
 
+namespace {
+
+constexpr double kReach = 100.0;  // a law says nothing about what is this many times further
+
+}  // namespace
+
 PowerLaw fit_power_law(const std::vector<ScalePoint>& points, double from) {
   double count = 0.0, sx = 0.0, sy = 0.0, sxx = 0.0, sxy = 0.0;
   for (const ScalePoint& p : points) {
@@ -35,7 +41,9 @@ Knee find_knee(const std::vector<ScalePoint>& points, const PowerLaw& law, doubl
     return {q.n * std::pow(p.n / q.n, part), true};
   }
   if (points.empty() || !(law.exponent > 0.0) || !(law.factor > 0.0)) return {};
-  return {std::max(points.back().n, std::pow(budget / law.factor, 1.0 / law.exponent)), false};
+  const double last = points.back().n;
+  const double n = std::max(last, std::pow(budget / law.factor, 1.0 / law.exponent));
+  return n > kReach * last ? Knee{} : Knee{n, false};
 }
 
 }  // namespace tandem::bench

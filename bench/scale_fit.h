@@ -29,7 +29,8 @@ struct Knee {
 };
 
 /// The n at which y reaches `budget`: on the line through the logarithms of the two points around
-/// it, or, if no point reaches it, from the law. Points with rising n. Infinite: never.
+/// it, or, if no point reaches it, from the law. Points with rising n. Infinite: never, or more
+/// than a hundred times beyond the last point.
 [[nodiscard]] Knee find_knee(const std::vector<ScalePoint>& points, const PowerLaw& law,
                              double budget);
 

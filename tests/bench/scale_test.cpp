@@ -130,7 +130,7 @@ TEST(Scale, GrowthIsToldForEachArchitectureWithItsBudget) {
     ScaleRow row;
     row.architecture = "mesh";
     row.size = {n, 1};
-    row.tick_ns = 100.0 * n;                                   // 1 ms at 10000
+    row.tick_ns = 1000.0 * n;                                  // 1 ms at 1000
     row.virtual_speed = 100.0 / n / n;                         // real time at 10
     row.traffic.in_per_s = row.traffic.out_per_s = 128.0 * n;  // 12800 at 100
     rows.push_back(row);

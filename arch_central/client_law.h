@@ -41,6 +41,7 @@ class ClientLaw {
     if (fresh != nullptr) held_ = *fresh;
     presence_.update(fresh != nullptr, slot);
     Output output;
+    if (presence_.stale()) output.faults |= core::Fault::kStalePeer;
     for (int f = 0; f < fingers_; ++f) output.forces[f] = held_.forces[f] * presence_.gain();
     stages_.guard(output, fingers_);
     return output;

@@ -23,7 +23,7 @@ class ClientSite {
 
   ClientSite(const core::Scene& scene, int user, node::OpenedDevices devices, net::PeerLink& link)
       : law_(scene, user),
-        hand_(scene.users[user], std::move(devices)),
+        hand_(scene, user, std::move(devices)),
         server_(link, core::kServerSender),
         user_(user) {}
 
@@ -114,7 +114,6 @@ node::NodeReport run_client(const ClientOptions& options) {
   setup.exchange.packet_hz = setup.scene.rates.packet_hz;
   setup.exchange.local_hz = setup.scene.rates.local_hz;
   setup.peers = {core::kServerSender};
-  node::tell_address(setup, link);
 
   return core::with_world(setup.scene,
                           [&]<typename World>(World) { return run<World>(setup, user, link); });

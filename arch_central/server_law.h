@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "core/contact_state.h"
 #include "core/finger_output.h"
 #include "core/presence.h"
 #include "core/reconstruction.h"
@@ -196,7 +197,9 @@ void ServerLaw<World>::accept(std::int64_t slot, const Inputs& inputs) noexcept 
     if (user.local) continue;
     const bool fresh = inputs.fresh[u] != nullptr;
     user.advance = core::advance_by_age(reconstruction_, inputs.age[u]);
-    if (user.presence.update(fresh, slot))
+    const bool back = user.presence.update(fresh, slot);
+    if (user.presence.stale()) user.output.faults |= core::Fault::kStalePeer;
+    if (back)
       for (auto& finger : user.contacts) finger.fill({});
   }
 }
@@ -212,7 +215,7 @@ auto ServerLaw<World>::touch(User& user, int o, const typename World::Placed& ob
         world_.touch(o, user.contacts[f][o], user.grasps[f][o], user.finger(f), object);
     user.output.forces[f] += touch.on_finger * gain;
     wrench += World::scaled(touch.on_body, gain);
-    user.hand.contact_bits |= World::contact_bits(user.contacts[f][o]) << (4 * f);
+    user.hand.contact_bits |= core::contact_word(World::contact_bits(user.contacts[f][o]), o, f);
   }
   return wrench;
 }

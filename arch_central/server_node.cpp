@@ -30,7 +30,7 @@ class ServerSite {
         object_count_(static_cast<int>(scene.objects.size())) {
     for (int u = user_count_ - 1; u >= 0; --u) {
       if (law_.is_local(u)) {
-        hands_[u] = node::HandPort<Vector>(scene.users[u], std::move(devices[u]));
+        hands_[u] = node::HandPort<Vector>(scene, u, std::move(devices[u]));
         first_local_ = u;
       } else {
         peers_[u] = node::PeerPort(link, static_cast<std::uint32_t>(u));
@@ -58,9 +58,9 @@ class ServerSite {
 
     law_.tick(slot.number, inputs);
     for (int u = 0; u < user_count_; ++u) {
+      faults |= law_.output(u).faults;
       if (law_.is_local(u)) {
         hands_[u].write(law_.output(u), faults);
-        faults |= law_.output(u).faults;
       } else if (slot.sends) {
         send(u, slot.number);
       }
@@ -172,8 +172,6 @@ node::NodeReport run_server(const core::Scene& given, const node::NodeOptions& o
     if (!scene.users[u].local) setup.peers.push_back(static_cast<std::uint32_t>(u));
 
   net::PeerLink link(link_options(scene, options));
-  node::tell_address(setup, link);
-  link.start();
   return core::with_world(scene, [&]<typename World>(World) { return run<World>(setup, link); });
 }
 

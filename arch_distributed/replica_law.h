@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "core/contact_state.h"
 #include "core/delay_line.h"
 #include "core/finger_output.h"
 #include "core/presence.h"
@@ -90,7 +91,8 @@ class ReplicaLaw {
     std::array<Body, core::kMaxObjects> seat{};  ///< stretch at the last (re)join
   };
 
-  void accept(std::int64_t slot, const Inputs& inputs) noexcept;
+  /// Returns Fault::kStalePeer while somebody who was there is silent.
+  [[nodiscard]] core::Fault accept(std::int64_t slot, const Inputs& inputs) noexcept;
   [[nodiscard]] Wrench own_hand(int o, const typename World::Placed& object,
                                 Output& output) noexcept;
   [[nodiscard]] Wrench remote_hand(int user, int o, const typename World::Placed& object) noexcept;
@@ -171,9 +173,8 @@ auto ReplicaLaw<World>::observe(const core::HandSample<Vector>& hand) noexcept -
 
 template <typename World>
 auto ReplicaLaw<World>::tick(std::int64_t slot, const Inputs& inputs) noexcept -> Output {
-  accept(slot, inputs);
-
   Output output;
+  output.faults = accept(slot, inputs);
   own_.contact_bits = 0;
   for (int o = 0; o < world_.object_count(); ++o) {
     const typename World::Placed placed = World::place(own_.objects[o]);
@@ -203,20 +204,24 @@ auto ReplicaLaw<World>::tick(std::int64_t slot, const Inputs& inputs) noexcept -
 }
 
 template <typename World>
-void ReplicaLaw<World>::accept(std::int64_t slot, const Inputs& inputs) noexcept {
+core::Fault ReplicaLaw<World>::accept(std::int64_t slot, const Inputs& inputs) noexcept {
+  core::Fault faults = core::Fault::kNone;
   for (int j = 0; j < user_count_; ++j) {
     if (j == user_) continue;
     Peer& peer = peers_[j];
     const bool fresh = inputs.fresh[j] != nullptr;
     if (fresh) peer.held = *inputs.fresh[j];
     peer.advance = core::advance_by_age(reconstruction_, inputs.age[j]);
-    if (!peer.presence.update(fresh, slot)) continue;
+    const bool back = peer.presence.update(fresh, slot);
+    if (peer.presence.stale()) faults |= core::Fault::kStalePeer;
+    if (!back) continue;
     for (int o = 0; o < world_.object_count(); ++o)
       peer.seat[o] =
           World::difference(World::advance(peer.held.objects[o], peer.advance), own_.objects[o]);
     for (int f = 0; f < finger_counts_[j]; ++f)
       for (int o = 0; o < world_.object_count(); ++o) contacts_[j][f][o] = Contact{};
   }
+  return faults;
 }
 
 template <typename World>
@@ -230,7 +235,7 @@ auto ReplicaLaw<World>::own_hand(int o, const typename World::Placed& object,
     const auto touch = world_.touch(o, contact, grasp, own_.fingers[f], object);
     output.forces[f] += touch.on_finger;
     wrench += touch.on_body;
-    own_.contact_bits |= World::contact_bits(contact) << (4 * f);
+    own_.contact_bits |= core::contact_word(World::contact_bits(contact), o, f);
   }
   return wrench;
 }

@@ -24,7 +24,7 @@ class ReplicaSite {
 
   ReplicaSite(const core::Scene& scene, int user, node::OpenedDevices devices, net::PeerLink& link)
       : law_(scene, user),
-        hand_(scene.users[user], std::move(devices)),
+        hand_(scene, user, std::move(devices)),
         user_(user),
         user_count_(law_.user_count()),
         object_count_(static_cast<int>(scene.objects.size())) {
@@ -183,8 +183,6 @@ node::NodeReport run_replica(const core::Scene& scene, const ReplicaOptions& opt
     if (static_cast<int>(j) != user) setup.peers.push_back(static_cast<std::uint32_t>(j));
 
   net::PeerLink link(link_options(scene, user, options));
-  node::tell_address(setup, link);
-  link.start();
   return core::with_world(scene,
                           [&]<typename World>(World) { return run<World>(setup, user, link); });
 }

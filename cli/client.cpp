@@ -35,7 +35,7 @@ void add_client(CLI::App& app) {
   command->add_option("--bind", arguments->bind, "own ADDRESS:PORT; port 0: any")
       ->capture_default_str();
   command->add_option("--wait", arguments->wait, "how long to wait for the server's answer [s]")
-      ->check(CLI::Range(0.1, 1e6))
+      ->check(between(0.1, 1e6))
       ->capture_default_str();
   arguments->node.add(*command);
   command->callback([arguments] {

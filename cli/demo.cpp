@@ -93,6 +93,11 @@ Command recorded_command(const DemoArguments& a, const Session& s) {
 
 void prepare(const DemoArguments& a, Session& s) {
   s.scene = scene_of(a, s.key);
+  const bool central = s.scene.architecture == core::Architecture::kCentral ||
+                       s.scene.architecture == core::Architecture::kSingle;
+  if (central != (s.key == "central"))
+    throw CLI::ValidationError("--arch", s.key + ", but scene " + s.scene.name + " is " +
+                                             (central ? "a central one" : "a distributed one"));
   if (s.scene.objects.empty())
     throw CLI::ValidationError("--scene", "scene " + s.scene.name + " has no object to carry");
   if (a.hands == "recorded") {
@@ -334,6 +339,8 @@ void demo(const DemoArguments& a) {
        {std::pair{"--json", a.json.file}, std::pair{"--picture", a.picture}})
     if (const std::string why = file.empty() ? "" : writable_file(file); !why.empty())
       throw CLI::ValidationError(option, why);
+  if (!a.scene.empty() && a.arch.empty())
+    throw CLI::ValidationError("--scene", "needs --arch central or --arch distributed");
   std::vector<Session> sessions;
   if (a.arch.empty() || a.arch == "central") sessions.emplace_back().key = "central";
   if (a.arch.empty() || a.arch == "distributed") sessions.emplace_back().key = "distributed";
@@ -385,7 +392,7 @@ void add_demo(CLI::App& app) {
       ->add_option("--seconds", a->seconds,
                    "length of each session [s]; shorter than the hands' script: everything is that "
                    "much faster; longer: whole rounds of it, then rest")
-      ->check(CLI::Range(1.0, 1e6))
+      ->check(between(1.0, 1e6))
       ->capture_default_str();
   command->add_flag("--compensation", a->compensation,
                     "compensate the drag of the packet rate with the thesis's 0.88 N s/m and 0.025 "

@@ -1,9 +1,13 @@
+#include <algorithm>
 #include <cstdio>
 #include <exception>
+#include <string>
+#include <vector>
 
 #include <CLI/CLI.hpp>
 
 #include "cli/commands.h"
+#include "scene/nearest_name.h"
 #include "scene/scene_error.h"
 
 namespace {
@@ -11,6 +15,28 @@ namespace {
 /// Exit codes: 0 done, 1 a check failed or a run ended badly, 2 wrong scene or arguments.
 constexpr int kFailed = 1;
 constexpr int kWrongInput = 2;
+
+/// The first word that should be a command and is none, in words for whoever wrote it; empty: none.
+std::string unknown_command(CLI::App& app, int argc, char** argv) {
+  CLI::App* here = &app;
+  for (int i = 1; i < argc && argv[i][0] != '-'; ++i) {
+    const auto commands = here->get_subcommands({});
+    if (commands.empty()) return {};
+    const auto named = std::find_if(commands.begin(), commands.end(), [&](const CLI::App* command) {
+      return command->get_name() == argv[i];
+    });
+    if (named != commands.end()) {
+      here = *named;
+      continue;
+    }
+    if (here->get_require_subcommand_min() == 0) return {};
+    std::vector<std::string> known;
+    for (const CLI::App* command : commands) known.push_back(command->get_name());
+    return std::string("there is no command '") + argv[i] + "'" +
+           tandem::scene::suggestion(argv[i], known);
+  }
+  return {};
+}
 
 }  // namespace
 
@@ -26,6 +52,10 @@ int main(int argc, char** argv) {
   app.fallthrough(false);
   tandem::cli::add_all(app);
 
+  if (const std::string wrong = unknown_command(app, argc, argv); !wrong.empty()) {
+    std::fprintf(stderr, "%s\n", wrong.c_str());
+    return kWrongInput;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {

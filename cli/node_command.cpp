@@ -29,7 +29,7 @@ void NodeArguments::add(CLI::App& command) {
   window->add_flag("--view", view, "open a window on this node; it never holds up the force loop");
   window->add_option("--view-size", view_size, "WIDTHxHEIGHT")->capture_default_str();
   window->add_option("--view-fps", view_fps, "pictures a second, at most")
-      ->check(CLI::Range(1.0, 1000.0))
+      ->check(between(1.0, 1000.0))
       ->capture_default_str();
   window->add_option("--view-screenshot", view_screenshot, "write the last picture here, PNG");
   window->add_flag("--view-hidden", view_hidden, "a window nobody sees");
@@ -46,7 +46,7 @@ void NodeArguments::add(CLI::App& command) {
                    "ask the clock instead of sleeping for the last so many microseconds of each "
                    "wait; costs that share of a processor (default: 50 where deep sleep is off, "
                    "else 120)")
-      ->check(CLI::Range(0.0, 1e6));
+      ->check(between(0.0, 1e6));
   realtime->add_flag("--no-memory-lock", no_memory_lock, "do not lock memory");
   realtime->add_flag("--no-dma-latency", no_dma_latency,
                      "let processors fall into deep sleep (saves power, wakes later)");
@@ -62,6 +62,8 @@ void NodeArguments::add(CLI::App& command) {
                   "stable: refuse (let go of the others, end) or warn")
       ->check(CLI::IsMember({"refuse", "warn"}))
       ->capture_default_str();
+  command.add_flag("--without-silence", without_silence,
+                   "run a scene without `silence` too: the force of a peer that dies stays on");
   command
       .add_option("--start-ns", start_ns,
                   "when slot 0 is due on this computer's monotonic clock [ns]; 0: at once")
@@ -88,6 +90,7 @@ node::NodeOptions NodeArguments::options(const std::string& bind) const {
   if (spin_us >= 0.0) o.spin_ns = std::llround(1e3 * spin_us);
   o.status_every = status_every;
   o.quiet = quiet;
+  o.without_silence = without_silence;
   o.program_version = version_text();
   o.git_revision = revision_text();
   return o;

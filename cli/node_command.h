@@ -25,6 +25,7 @@ struct NodeArguments {
   bool no_memory_lock = false, no_dma_latency = false;
   double status_every = 0.0;
   bool quiet = false;
+  bool without_silence = false;
   long long start_ns = 0;
   bool view = false, view_hidden = false;
   std::string view_size = "1280x720", view_screenshot;

@@ -83,6 +83,11 @@ void serve(const Arguments& a, net::UdpLink& link) {
   fmt::print("answered {} packets\n", answered);
 }
 
+std::string svg_file(const std::string& file) {
+  if (!file.ends_with(".svg")) return file + ": this picture is an .svg file";
+  return writable_file(file);
+}
+
 void measure(Arguments a, net::UdpLink& link) {
   if (a.probe.count == 0 && a.probe.seconds == 0.0) a.probe.seconds = 10.0;
   (void)a.probe.packets();  // complain before anything else happens
@@ -143,7 +148,8 @@ void add_probe(CLI::App& app) {
   command->add_option("--bind", a->bind, "our own ADDRESS:PORT")->capture_default_str();
   command->add_option("--rate", a->probe.rate_hz, "packets a second, at most 100000")
       ->capture_default_str();
-  command->add_option("--count", a->probe.count, "packets to send, at most 10000000");
+  command->add_option("--count", a->probe.count, "packets to send, at most 10000000")
+      ->check(CLI::Range(0, 10'000'000));
   command->add_option("--seconds", a->probe.seconds, "how long, at most 86400 (default 10)");
   command->add_option("--bytes", a->probe.datagram, "size of a datagram, 48 to 1200")
       ->capture_default_str();
@@ -151,8 +157,10 @@ void add_probe(CLI::App& app) {
       ->check(CLI::Range(0, 99))
       ->capture_default_str();
   a->json.add(*command);
-  command->add_option("--csv", a->csv, "write every round trip to FILE");
-  command->add_option("--picture", a->picture, "write a histogram to FILE.svg");
+  command->add_option("--csv", a->csv, "write every round trip to FILE")
+      ->check(writable_file, "", "writable");
+  command->add_option("--picture", a->picture, "write a histogram to FILE.svg")
+      ->check(svg_file, "", "a picture");
   command->callback([a] { run(*a); });
 }
 

@@ -91,8 +91,7 @@ class ReplayedServer {
     law_.tick(tick.slot, inputs);
     core::TickRecord got;
     core::Fault faults = core::Fault::kNone;
-    for (int u = 0; u < law_.user_count(); ++u)
-      if (law_.is_local(u)) faults |= law_.output(u).faults;
+    for (int u = 0; u < law_.user_count(); ++u) faults |= law_.output(u).faults;
     if (first_local_ >= 0) {
       write_output<World>(law_.output(first_local_), got);
       got.contact_bits[0] = law_.hand(first_local_).contact_bits;

@@ -3,6 +3,7 @@
 #include "cli/commands.h"
 #include "cli/options.h"
 #include "scene/load_scene.h"
+#include "scene/scene_error.h"
 
 namespace tandem::cli {
 
@@ -25,8 +26,20 @@ const char* space_name(core::Space space) {
   return "?";
 }
 
+core::Scene load_or_tell(const SceneCommand& o) {
+  try {
+    return o.scene.load();
+  } catch (const scene::SceneError& e) {
+    nlohmann::ordered_json problems = nlohmann::ordered_json::array();
+    for (const scene::Problem& p : e.problems())
+      problems.push_back({{"field", p.path}, {"problem", p.text}, {"where", p.where}});
+    o.json.write({{"scene", o.scene.scene}, {"valid", false}, {"problems", problems}});
+    throw;
+  }
+}
+
 void check(const SceneCommand& o) {
-  const core::Scene scene = o.scene.load();
+  const core::Scene scene = load_or_tell(o);
   const std::string hash = fmt::format("{:016x}", scene::shared_hash(scene));
   if (!o.json.to_stdout())
     fmt::print("{}: valid. {}; {} users, {} objects, {} walls, {} couplers; hash {}\n", scene.name,

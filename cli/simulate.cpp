@@ -216,9 +216,11 @@ void simulate_scene(const SimulateOptions& o) {
 
   std::string text = fmt::format("{}: {:.6g} s in {:.3g} s; {:.0f} times real time on one core\n",
                                  scene.name, o.seconds, run.wall_s, run.speedup);
-  text +=
-      fmt::format("  packets sent {}, accepted {}; gap between copies rms {:.3g} m, max {:.3g} m\n",
-                  run.sent, run.accepted, run.gap_rms, run.gap_max);
+  text += fmt::format("  packets sent {}, accepted {}", run.sent, run.accepted);
+  text += analysis::is_central(scene)
+              ? "\n"
+              : fmt::format("; gap between copies rms {:.3g} m, max {:.3g} m\n", run.gap_rms,
+                            run.gap_max);
 
   const std::int64_t repeat = scene.packet_slots().packets;
   const bool can_grow = has_object && scene.space != core::Space::kSpace && !o.no_growth &&
@@ -378,20 +380,22 @@ void add_simulate(CLI::App& app) {
                        "a figure of the thesis instead of a scene, over its own network")
           ->check(CLI::IsMember({"fig8.1", "fig8.3", "fig8.4"}));
   command->add_option("--seconds", o->seconds, "virtual time [s]")
-      ->check(CLI::Range(0.001, 1e6))
+      ->check(between(0.001, 1e6))
       ->capture_default_str();
   command
       ->add_option("--delay-packets", o->delay_packets,
                    "round trip in packet periods, all on link 1 to 2 (central: on the force)")
-      ->check(CLI::Range(0.0, 60.0))
+      ->check(between(0.0, 60.0))
       ->capture_default_str();
   o->link.add(*command);
   command->add_option("--duplicate", o->duplicate, "share of packets doubled")
       ->check(between(0.0, 1.0));
   command->add_option("--seed", o->seed, "of the network's fates and of the random state");
   command->add_flag("--no-growth", o->no_growth, "leave out the growth measurement");
-  command->add_option("--csv", o->csv, "trajectory, one row a packet period");
-  command->add_option("--picture", o->picture, "draw it: .png or .svg (needs python3-matplotlib)");
+  command->add_option("--csv", o->csv, "trajectory, one row a packet period")
+      ->check(writable_file, "", "writable");
+  command->add_option("--picture", o->picture, "draw it: .png or .svg (needs python3-matplotlib)")
+      ->check(picture_file, "", "a picture");
   for (const char* own : {"--scene", "--seconds", "--delay-packets", "--link-delay-ms",
                           "--jitter-ms", "--jitter-kind", "--loss", "--duplicate", "--burst-enter",
                           "--burst-leave", "--fifo", "--seed", "--no-growth"})

@@ -24,6 +24,23 @@ inline constexpr int kMaxPackedContacts = 8;
   return (contact_bits & ~(0xfu << (4 * index))) | (nibble << (4 * index));
 }
 
+/// Contacts of a site: finger f on object o is contact 4 o + f, so that two objects have room; on
+/// further objects they are felt but not told.
+inline constexpr int kPackedFingers = 4;
+[[nodiscard]] constexpr std::uint32_t contact_word(std::uint32_t contact, int object,
+                                                   int finger) noexcept {
+  return with_contact(0, object * kPackedFingers + finger, static_cast<ContactState>(contact & 3u),
+                      static_cast<int>(contact >> 2));
+}
+
+/// The contact of a site's finger: the first object it touches, or contact `finger` where it
+/// touches none.
+[[nodiscard]] constexpr int contact_of_finger(std::uint32_t contact_bits, int finger) noexcept {
+  for (int i = finger; i < kMaxPackedContacts; i += kPackedFingers)
+    if (((contact_bits >> (4 * i)) & 3u) != 0) return i;
+  return finger;
+}
+
 [[nodiscard]] constexpr ContactState contact_state(std::uint32_t contact_bits, int index) noexcept {
   if (index < 0 || index >= kMaxPackedContacts) return ContactState::kFree;
   return static_cast<ContactState>((contact_bits >> (4 * index)) & 3u);

@@ -31,7 +31,8 @@ class FingerStages {
       const int d = index_of(scene.devices, u.fingers[f].device);
       if (d < 0) continue;
       const DeviceParameters& device = scene.devices[d];
-      if (device.velocity_cutoff_hz > 0.0) {
+      // Quantised positions come without a velocity of their own.
+      if (device.velocity_cutoff_hz > 0.0 || device.encoder_step > 0.0) {
         estimates_[f] = VelocityEstimate<V>(device.velocity_cutoff_hz, scene.tick());
         estimated_[f] = true;
       }

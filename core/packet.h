@@ -20,9 +20,9 @@ struct StatePacket {
   std::int64_t send_ns = 0;        ///< sender's clock when it left
   std::int64_t echo_ns = 0;        ///< newest send_ns seen from the receiver; 0: none yet
   std::int64_t echo_hold_ns = 0;   ///< sender's clock time between that arrival and send_ns
-  std::uint32_t contact_bits = 0;  ///< 4 bits a contact, core/contact_state.h
-  double energy_in = 0.0;          ///< cumulative energy absorbed at the port to the receiver [J]
-  double energy_out = 0.0;         ///< cumulative energy delivered there [J]
+  std::uint32_t contact_bits = 0;  ///< of the site's fingers, core/contact_state.h
+  double energy_in = 0.0;   ///< absorbed so far at all network ports together [J]; replicas only
+  double energy_out = 0.0;  ///< cumulative energy delivered there [J]
   std::int32_t value_count = 0;
   std::array<double, kMaxPacketValues> values{};
 };

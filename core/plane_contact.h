@@ -65,10 +65,6 @@ struct FingerInBox {
   return contact.side;
 }
 
-/// Ends a contact and forgets where the finger was: after a jump of the finger or the body (rejoin,
-/// reset). The next tick may find the finger inside and takes the nearest face.
-inline void release(FingerBoxContact& contact) noexcept { contact = {}; }
-
 /// One tick of a finger against a box. The face is that through which the finger came; it stays
 /// until the finger leaves through it or slides off its end, however deep it is pressed. The first
 /// tick has no past: a finger found inside takes the nearest face.

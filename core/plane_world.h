@@ -71,9 +71,8 @@ class PlaneWorld {
   [[nodiscard]] static Grasp grasp(const Scene& scene, const CouplerParameters& coupler,
                                    const FingerParameters& finger, const ObjectParameters& object,
                                    double user_mass, bool own) noexcept {
-    const auto any = [](const Gain& g) { return g.stiffness > 0.0 || g.damping > 0.0; };
     Grasp g;
-    g.present = any(coupler.gain) || any(coupler.tangential);
+    g.present = coupler.gain.any() || coupler.tangential.any();
     g.is_attached = scene.contact.attached;
     g.gains = {coupler.gain,
                coupler.tangential,
@@ -88,8 +87,7 @@ class PlaneWorld {
   }
 
   [[nodiscard]] static Coordination coordination(const CouplerParameters& c) noexcept {
-    const auto any = [](const Gain& g) { return g.stiffness > 0.0 || g.damping > 0.0; };
-    return {c.gain, c.rotation, any(c.gain) || any(c.rotation)};
+    return {c.gain, c.rotation, c.gain.any() || c.rotation.any()};
   }
 
   [[nodiscard]] Touch touch(int, Contact& contact, const Grasp& g, const FingerSample<Vec2>& finger,
@@ -146,7 +144,8 @@ class PlaneWorld {
     return inner(w.force, b.p - a.p) + w.torque * (b.angle - a.angle);
   }
   [[nodiscard]] static std::uint32_t contact_bits(const Contact& contact) noexcept {
-    return with_contact(0, 0, contact.memory.state, contact.side);
+    const bool touches = contact.memory.state != ContactState::kFree;
+    return with_contact(0, 0, contact.memory.state, touches ? contact.side : 0);
   }
 
   template <typename Visitor>

@@ -36,6 +36,7 @@ class Presence {
       seen_ = true;
     }
     const bool silent = !seen_ || slot - last_fresh_ > timeout_slots_;
+    stale_ = seen_ && silent;
     ramp_ += silent ? -fade_step_ : rejoin_step_;
     if (ramp_ < 0.0) ramp_ = 0.0;
     if (ramp_ >= 1.0) {
@@ -49,12 +50,14 @@ class Presence {
   /// Part of the stretch found at the join that is still to be taken off: from 1 to 0 while the
   /// gain rises from nothing, 0 ever after. A fade must not bring that stretch back.
   [[nodiscard]] double seat_part() const noexcept { return joining_ ? 1.0 - gain() : 0.0; }
+  /// It was there, and has not been heard for longer than `timeout`.
+  [[nodiscard]] bool stale() const noexcept { return stale_; }
   [[nodiscard]] bool silent() const noexcept { return declared_ && ramp_ <= 0.0; }
   [[nodiscard]] bool declared() const noexcept { return declared_; }
 
  private:
   bool declared_ = false;
-  bool seen_ = false;
+  bool seen_ = false, stale_ = false;
   bool joining_ = false;  ///< rising from nothing, not yet at 1
   double ramp_ = 1.0;
   std::int64_t last_fresh_ = 0;

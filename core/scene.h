@@ -39,6 +39,8 @@ enum class ReconstructionKind { kHold, kExtrapolate };
 struct Gain {
   double stiffness = 0.0;  ///< [N/m] or [N m/rad], >= 0
   double damping = 0.0;    ///< [N s/m] or [N m s/rad], >= 0
+
+  [[nodiscard]] bool any() const noexcept { return stiffness > 0.0 || damping > 0.0; }
 };
 
 struct Rates {
@@ -159,7 +161,8 @@ struct DeviceParameters {
   double max_slew = 0.0;            ///< [N/s]; 0: not limited
   double encoder_step = 0.0;        ///< position resolution [m]; 0: exact
   double friction = 0.0;            ///< Coulomb friction of the mechanism [N]
-  double velocity_cutoff_hz = 0.0;  ///< low-pass of the velocity estimate; 0: device's own velocity
+  double velocity_cutoff_hz = 0.0;  ///< low-pass of the velocity estimate; 0: the device's own
+                                    ///< velocity, or the plain difference where it has none
   std::string file;                 ///< recorded: what to play
 };
 

@@ -78,7 +78,7 @@ class SpaceWorld {
                                    const FingerParameters& finger, const ObjectParameters& object,
                                    double user_mass, bool own) noexcept {
     Grasp g;
-    g.present = is_any(coupler.gain) || is_any(coupler.tangential);
+    g.present = coupler.gain.any() || coupler.tangential.any();
     g.is_attached = scene.contact.attached;
     g.gains = {coupler.gain,
                coupler.tangential,
@@ -93,7 +93,7 @@ class SpaceWorld {
   }
 
   [[nodiscard]] static Coordination coordination(const CouplerParameters& c) noexcept {
-    return {c.gain, c.rotation, is_any(c.gain) || is_any(c.rotation)};
+    return {c.gain, c.rotation, c.gain.any() || c.rotation.any()};
   }
 
   [[nodiscard]] Touch touch(int, Contact& contact, const Grasp& g, const FingerSample<Vec3>& finger,
@@ -155,7 +155,8 @@ class SpaceWorld {
   /// The two bits of the side hold the axis of the touched face, 0 x, 1 y, 2 z (its sign shows in
   /// where the finger is), or 3 for a sphere.
   [[nodiscard]] static std::uint32_t contact_bits(const Contact& contact) noexcept {
-    return with_contact(0, 0, contact.memory.state, contact.face >> 1);
+    const bool touches = contact.memory.state != ContactState::kFree;
+    return with_contact(0, 0, contact.memory.state, touches ? contact.face >> 1 : 0);
   }
 
   template <typename Visitor>
@@ -174,10 +175,6 @@ class SpaceWorld {
     SpaceWall wall;
     bool objects = false, fingers = false;
   };
-
-  [[nodiscard]] static bool is_any(const Gain& g) noexcept {
-    return g.stiffness > 0.0 || g.damping > 0.0;
-  }
 
   double T_ = 0.0;
   Integrator integrator_ = Integrator::kZeroOrderHold;

@@ -56,8 +56,6 @@ class SpscRing {
     return dropped_.load(std::memory_order_relaxed);
   }
 
-  [[nodiscard]] static constexpr std::size_t capacity() noexcept { return kCapacity; }
-
  private:
   static constexpr std::size_t kCacheLine = 64;  // keeps the two sides' words apart
 

@@ -158,8 +158,8 @@ class RunningSession {
     };
     plan.more = real_time_words();
     // Sweeps look beyond the boundary on purpose.
-    plan.more.insert(plan.more.end(),
-                     {"--on-unstable", "warn", "--start-ns", std::to_string(session_.start_ns)});
+    plan.more.insert(plan.more.end(), {"--on-unstable", "warn", "--without-silence", "--start-ns",
+                                       std::to_string(session_.start_ns)});
     for (PlannedNode& node : plan_nodes(request_.scene, plan)) {
       std::error_code ignored;
       for (const std::string& old : {node.recording, node.report_file})

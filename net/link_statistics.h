@@ -92,12 +92,13 @@ struct LinkSnapshot {
   std::uint64_t lost = 0;       ///< numbers that never arrived
   std::uint64_t reordered = 0;  ///< arrived after a newer one; not used
   std::uint64_t duplicates = 0;
-  DecodeCounts by_reason;       ///< index Decode, accepted included
-  DelaySummary round_trip;      ///< [s] holds at the peer taken out
-  DelaySummary one_way;         ///< [s] peer to us, by the clock filter
-  double one_way_bound = 0.0;   ///< error of one_way is at most this now [s]
-  double jitter_rfc3550 = 0.0;  ///< [s]
-  std::uint64_t clock_restarts = 0;
+  DecodeCounts by_reason;               ///< index Decode, accepted included
+  DelaySummary round_trip;              ///< [s] holds at the peer taken out
+  DelaySummary one_way;                 ///< [s] peer to us, by the clock filter
+  double one_way_bound = 0.0;           ///< error of one_way is at most this now [s]
+  double jitter_rfc3550 = 0.0;          ///< [s]
+  std::uint64_t clock_restarts = 0;     ///< a clock jumped; offset and delay begun anew
+  std::uint64_t impossible_stamps = 0;  ///< not used for the delay: a clock jumped inside them
 };
 
 /// Collects a LinkSnapshot. For one thread.

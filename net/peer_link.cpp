@@ -38,6 +38,7 @@ struct PeerLink::Peer {
   std::int64_t echo_arrival_ns = 0;
   std::uint64_t sequence = 0;   ///< last one sent
   std::int64_t sent_slot = -1;  ///< packet slot of the last packet sent
+  std::uint64_t impossible_stamps = 0;
 };
 
 PeerLink::PeerLink(PeerLinkOptions options)
@@ -161,7 +162,11 @@ void PeerLink::run() {
   const core::RealtimeGrant grant = core::request_realtime(options_.realtime);
   {
     const std::lock_guard lock(mutex_);
-    realtime_report_ = grant.report();
+    for (const core::RealtimeSetting& setting : grant.settings())
+      if (!setting.granted)
+        messages_.push_back({false, "link thread: real-time: asked " + setting.name + " " +
+                                        setting.asked + ": not granted: " + setting.refusal +
+                                        "; to get it: " + setting.to_get_it});
   }
   constexpr std::int64_t kSessionPeriod_ns = 20'000'000;  // back-off and keep-alive resolution
   while (!stop_) {
@@ -258,6 +263,10 @@ void PeerLink::on_state(std::span<const std::uint8_t> datagram, const Endpoint& 
                                                .echo_hold_ns = packet.echo_hold_ns,
                                                .send_ns = packet.send_ns,
                                                .arrival_ns = now_ns});
+  if (clock == ClockAnswer::kRestarted)
+    messages_.push_back({false, "the clock of " + to_string(peer.address) +
+                                    " or ours has jumped; delays are measured anew"});
+  if (clock == ClockAnswer::kImpossible) ++peer.impossible_stamps;
   peer.heard_ns = now_ns;
   peer.echo_ns = packet.send_ns;
   peer.echo_arrival_ns = now_ns;
@@ -441,6 +450,7 @@ LinkSnapshot PeerLink::statistics(std::uint32_t sender) const {
   const std::lock_guard lock(mutex_);
   LinkSnapshot s = peer.statistics.snapshot(peer.gate);
   s.clock_restarts = peer.clock.restarts();
+  s.impossible_stamps = peer.impossible_stamps;
   if (peer.clock.valid())
     s.one_way_bound = 1e-9 * static_cast<double>(peer.clock.bound_ns(core::monotonic_ns()));
   return s;
@@ -460,11 +470,6 @@ int PeerLink::connected_peers() const {
 std::vector<LinkMessage> PeerLink::take_messages() {
   const std::lock_guard lock(mutex_);
   return std::exchange(messages_, {});
-}
-
-std::string PeerLink::realtime() const {
-  const std::lock_guard lock(mutex_);
-  return realtime_report_;
 }
 
 }  // namespace tandem::net

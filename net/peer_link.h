@@ -17,6 +17,7 @@
 #include "core/scene.h"
 #include "core/spectator_packet.h"
 #include "core/view_tap.h"
+#include "net/inheriting_mutex.h"
 #include "net/link.h"
 #include "net/link_statistics.h"
 #include "net/session.h"
@@ -142,11 +143,10 @@ class PeerLink {
   /// Datagrams from addresses that are no peer's, by reason.
   [[nodiscard]] DecodeCounts strays() const;
   [[nodiscard]] int connected_peers() const;
-  /// What happened since the last call: joined, left, lost, refused.
+  /// What happened since the last call: joined, left, lost, refused, a clock that jumped, what the
+  /// link thread asked the system for and did not get.
   [[nodiscard]] std::vector<LinkMessage> take_messages();
   [[nodiscard]] Endpoint local() const noexcept { return link_->local(); }
-  /// What the link thread asked the system for and got; empty before `start`.
-  [[nodiscard]] std::string realtime() const;
 
  private:
   struct Peer;
@@ -181,10 +181,9 @@ class PeerLink {
   core::PacketSlots slots_;        ///< ticks of exchange_->local_hz
   std::int64_t packet_slot_ = -1;  ///< newest packet that is due
   std::vector<LinkMessage> messages_;
-  std::string realtime_report_;
 
-  mutable std::mutex mutex_;  ///< all of the above but link_ and the peers' boxes
-  std::condition_variable joined_;
+  mutable InheritingMutex mutex_;  ///< all of the above but link_ and the peers' boxes
+  std::condition_variable_any joined_;
   std::atomic<bool> stop_{false};
   std::thread thread_;
 };

@@ -2,6 +2,7 @@
 
 #include <array>
 #include <memory>
+#include <utility>
 #include <vector>
 
 #include "core/components.h"
@@ -15,19 +16,20 @@
 namespace tandem::node {
 
 /// The devices of one user, one a finger, as the force loop sees them: a hand sample in, forces
-/// out. A finger whose device does not answer keeps its last sample, at rest, and says so in the
-/// faults.
+/// out. A device without a velocity gets the mean one between its last two samples, 0 at first; a
+/// law whose scene declares a cut-off estimates its own. A finger whose device does not answer
+/// keeps its last sample, at rest, and says so in the faults.
 template <typename V>
 class HandPort {
  public:
   HandPort() = default;
   /// Takes the opened devices in the order of the user's fingers; until a device has answered its
   /// finger stays at its initial position.
-  HandPort(const core::UserParameters& user,
+  HandPort(const core::Scene& scene, int user,
            std::vector<std::unique_ptr<devices::HapticDevice>> opened)
-      : devices_(std::move(opened)) {
+      : devices_(std::move(opened)), T_(scene.tick()) {
     for (std::size_t f = 0; f < devices_.size(); ++f)
-      last_[f].p = core::from_vec3<V>(user.fingers[f].position);
+      last_[f].p = core::from_vec3<V>(scene.users[user].fingers[f].position);
   }
 
   [[nodiscard]] const core::HandSample<V>& read(std::int64_t slot, core::Fault& faults) noexcept {
@@ -37,7 +39,9 @@ class HandPort {
       const bool answered =
           status == devices::DeviceStatus::kOk || status == devices::DeviceStatus::kNoNewSample;
       const V p = core::from_vec3<V>(sample.position);
-      const V v = sample.has_velocity ? core::from_vec3<V>(sample.velocity) : V{0.0};
+      V v = core::from_vec3<V>(sample.velocity);
+      if (answered && !sample.has_velocity && core::is_finite(p))
+        v = status == devices::DeviceStatus::kOk ? difference(f, p, slot) : last_[f].v;
       if (!answered || !core::is_finite(p) || !core::is_finite(v)) {
         faults |= core::Fault::kDeviceRead;
         last_[f].v = V{0.0};
@@ -73,8 +77,21 @@ class HandPort {
   }
 
  private:
+  /// Mean velocity since the sample before, however many ticks ago that was.
+  [[nodiscard]] V difference(std::size_t f, const V& p, std::int64_t slot) noexcept {
+    const Sampled before = std::exchange(sampled_[f], {p, slot});
+    if (before.slot < 0 || slot <= before.slot) return V{0.0};
+    return (p - before.p) * (1.0 / (T_ * static_cast<double>(slot - before.slot)));
+  }
+
   std::vector<std::unique_ptr<devices::HapticDevice>> devices_;
   core::HandSample<V> last_{};
+  double T_ = 0.0;
+  struct Sampled {
+    V p{0.0};
+    std::int64_t slot = -1;  ///< before the first
+  };
+  std::array<Sampled, core::kMaxFingers> sampled_{};
 };
 
 }  // namespace tandem::node

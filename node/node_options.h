@@ -31,6 +31,7 @@ struct NodeOptions {
   GuardMaker guard;                 ///< watches the delay against a prediction; empty: nothing does
   core::ViewTap* window = nullptr;  ///< set: the force loop leaves its ticks here for a window
   std::optional<std::int64_t> spin_ns;  ///< not given: what suits the grant
+  bool without_silence = false;         ///< runs a scene in which a dead peer's force stays on
   double status_every = 0.0;  ///< [s] between status lines; 0: live on a terminal, else every 5 s
   bool quiet = false;         ///< no status at all
   std::string program_version;

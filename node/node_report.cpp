@@ -112,6 +112,11 @@ nlohmann::ordered_json to_json(const NodeReport& r) {
                           {"rejected", reasons(p.link.by_reason)},
                           {"rtt_us", delays_us(p.link.round_trip)},
                           {"one_way_us", delays_us(p.link.one_way)},
+                          {"one_way_bound_us", 1e6 * p.link.one_way_bound},
+                          {"jitter_rfc3550_us", 1e6 * p.link.jitter_rfc3550},
+                          {"send_failures", p.link.send_failures},
+                          {"clock_restarts", p.link.clock_restarts},
+                          {"impossible_stamps", p.link.impossible_stamps},
                           {"gain", p.gain}});
   }
   j["realtime"] = Json::array();
@@ -145,10 +150,13 @@ std::string to_text(const NodeReport& r) {
     }
     text += fmt::format(
         "  with {}: sent {}, received {}, lost {} ({:.3f} %), reordered {}, twice {}, rejected {}; "
-        "round trip p50 {:.0f}, p99 {:.0f} us\n",
+        "round trip p50 {:.0f}, p99 {:.0f} us; one way p50 {:.0f} +- {:.0f} us{}\n",
         p.name, p.link.packets_sent, p.link.accepted, p.link.lost, 100.0 * loss_of(p.link),
         p.link.reordered, p.link.duplicates, p.link.by_reason.rejected(),
-        1e6 * p.link.round_trip.p50, 1e6 * p.link.round_trip.p99);
+        1e6 * p.link.round_trip.p50, 1e6 * p.link.round_trip.p99, 1e6 * p.link.one_way.p50,
+        1e6 * p.link.one_way_bound,
+        p.link.clock_restarts > 0 ? fmt::format("; clock jumped {} times", p.link.clock_restarts)
+                                  : "");
   }
   if (r.strays.rejected() > 0) {
     text += "  datagrams from nobody we know, counted and not felt:";

@@ -105,10 +105,12 @@ OpenedDevices open_hands(core::Scene& scene, int user, const HandOptions& hands)
           "; a node needs max_force > 0 [N] there. In a copy of the scene: device { name: "
           "\"d\"  kind: SIMULATED  max_force: 10 }, and in the finger device: "
           "\"d\"");
-    if (d >= 0) {
-      scene.devices[d].max_force = max_force;
-      scene.devices[d].max_slew = smaller_limit(scene.devices[d].max_slew, info.max_slew);
-    }
+    if (d < 0)
+      throw std::runtime_error("finger \"" + finger.name + "\" of user " + u.name +
+                               " names no device, and the law guards with the limits of the one "
+                               "that is named: give it one");
+    scene.devices[d].max_force = max_force;
+    scene.devices[d].max_slew = smaller_limit(scene.devices[d].max_slew, info.max_slew);
     opened.push_back(std::move(device));
   }
   return opened;

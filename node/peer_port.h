@@ -27,8 +27,6 @@ class PeerPort {
   [[nodiscard]] bool receive(std::int64_t slot, bool faded, TickLog& log) noexcept {
     if (!inbox_->fetch(arrived_) || arrived_.left) return false;
     if (arrived_.epoch != newest_.epoch && newest_.epoch != 0 && !faded) return false;
-    if (arrived_.epoch == newest_.epoch && arrived_.packet.sequence <= newest_.packet.sequence)
-      ++sequence_errors_;  // the link's gate lets none through
     newest_ = arrived_;
     log.push(core::PacketRecord{.slot = slot, .peer = sender_, .packet = newest_.packet});
     return true;
@@ -41,14 +39,12 @@ class PeerPort {
     const double age = newest_.age(now_ns);
     return age > 0.0 ? age : 0.0;  // it can arrive between the wake-up and the look
   }
-  [[nodiscard]] std::int64_t sequence_errors() const noexcept { return sequence_errors_; }
 
  private:
   core::LatestValue<core::StatePacket>* outbox_ = nullptr;
   core::LatestValue<net::PeerSample>* inbox_ = nullptr;
   std::uint32_t sender_ = 0;
   net::PeerSample arrived_, newest_;
-  std::int64_t sequence_errors_ = 0;
 };
 
 }  // namespace tandem::node

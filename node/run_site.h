@@ -24,9 +24,11 @@ namespace tandem::node {
 /// and the recording is closed. `Site` is what ForceLoop wants, and
 ///   void stop() noexcept                                            devices at zero force
 ///   void append_devices(std::vector<devices::HapticDevice*>&) const
-/// Throws recording::RecordingError before anything runs.
+/// The link is started here if it is not running yet. Throws recording::RecordingError, or
+/// std::runtime_error (demand_silence), before anything runs.
 template <typename Site>
 [[nodiscard]] NodeReport run_site(Site& site, const SessionSetup& setup, net::PeerLink& link) {
+  demand_silence(setup);
   core::MonotonicClock clock;
   LoopShare share;
   std::vector<devices::HapticDevice*> devices;
@@ -79,6 +81,9 @@ template <typename Site>
     exchange.start_ns = settings.start_ns;
     exchange.spectators = {setup.columns.fingers, setup.columns.hand_values, setup.columns.objects,
                            setup.columns.object_values, setup.columns.users};
+    // Nobody is let in before all that can fail has not failed.
+    tell_address(setup, link);
+    link.start();
     link.open_exchange(exchange);
     tell_realtime(setup, report);
   } catch (...) {

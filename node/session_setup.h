@@ -54,6 +54,9 @@ template <typename World>
 /// What the link thread asks for when the force thread asks for `of_loop`: a little less.
 [[nodiscard]] core::RealtimeRequest link_realtime(const core::RealtimeRequest& of_loop);
 
+/// Throws std::runtime_error where a peer that dies would leave its force on for ever.
+void demand_silence(const SessionSetup& setup);
+
 /// Says on stderr where this node can be reached.
 void tell_address(const SessionSetup& setup, const net::PeerLink& link);
 

@@ -28,14 +28,12 @@ void demand_text(const std::string& text, const std::string& origin) {
 }
 
 /// Another version may have other fields: nothing else is worth saying about it.
-void demand_version(const wire::Scene& message, const std::string& origin,
-                    const LineOfPath& lines) {
+void demand_version(const wire::Scene& message, const std::string& where) {
   if (!message.has_scene_version() || message.scene_version() == kSceneVersion) return;
-  const auto line = lines.find("scene_version");
   throw SceneError({{"scene_version",
                      "scene_version = " + std::to_string(message.scene_version()) +
                          ": this program reads version " + std::to_string(kSceneVersion),
-                     line == lines.end() ? origin : origin + ":" + std::to_string(line->second)}});
+                     where}});
 }
 
 /// Where a problem comes from: an edit of that field, else the line of the field or of the nearest
@@ -51,8 +49,10 @@ class Whereabouts {
       if (problem.where.empty()) problem.where = of(problem.path);
   }
 
- private:
   [[nodiscard]] std::string of(std::string path) const {
+    // An edit of a part of it may have spoiled the whole.
+    for (const auto& [edited, set] : edits)
+      if (edited.starts_with(path + ".")) return origin + ", --set " + set;
     while (!path.empty()) {
       if (const auto edit = edits.find(path); edit != edits.end())
         return origin + ", --set " + edit->second;
@@ -78,7 +78,7 @@ core::Scene load_scene_text(const std::string& text, const std::string& origin,
   std::vector<Problem> problems;
   Whereabouts whereabouts{origin, {}, {}};
   const bool whole = parse_scene_text(text, origin, message, whereabouts.lines, problems);
-  demand_version(message, origin, whereabouts.lines);
+  demand_version(message, whereabouts.of("scene_version"));
   if (!whole) throw SceneError(problems);
 
   for (const std::string& set : sets) {
@@ -88,7 +88,7 @@ core::Scene load_scene_text(const std::string& text, const std::string& origin,
       append(problems, error.problems());
     }
   }
-  demand_version(message, origin, whereabouts.lines);
+  demand_version(message, whereabouts.of("scene_version"));
   if (!message.has_scene_version())
     problems.push_back({"scene_version", "scene_version is missing: write scene_version: 1", {}});
 

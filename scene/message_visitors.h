@@ -36,9 +36,13 @@ class MessageReader {
     const auto* d = visit(field);
     const auto* reflection = message_.GetReflection();
     if (!reflection->HasField(message_, d)) return;
-    if constexpr (std::is_enum_v<T>)
-      value = static_cast<T>(reflection->GetEnumValue(message_, d));
-    else if constexpr (std::is_same_v<T, double>)
+    if constexpr (std::is_enum_v<T>) {
+      const int number = reflection->GetEnumValue(message_, d);
+      if (d->enum_type()->FindValueByNumber(number) == nullptr)
+        refuse(*d, number);
+      else
+        value = static_cast<T>(number);
+    } else if constexpr (std::is_same_v<T, double>)
       value = reflection->GetDouble(message_, d);
     else if constexpr (std::is_same_v<T, int>)
       value = reflection->GetInt32(message_, d);
@@ -92,6 +96,16 @@ class MessageReader {
   }
 
  private:
+  /// Text format takes any number for an enum; a law knows only those with a name.
+  void refuse(const google::protobuf::FieldDescriptor& d, int number) {
+    std::string names;
+    for (int i = 0; i < d.enum_type()->value_count(); ++i)
+      names += (i == 0 ? "" : ", ") + d.enum_type()->value(i)->name();
+    problems_.push_back({path_ + d.name(),
+                         path_ + d.name() + " = " + std::to_string(number) +
+                             ": there is no such value; write one of " + names,
+                         {}});
+  }
   const google::protobuf::FieldDescriptor* visit(const Field& field) {
     visited_.emplace_back(field.name);
     return descriptor_of(message_, field);

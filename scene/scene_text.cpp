@@ -61,6 +61,7 @@ std::string said_better(const std::string& message) {
     const std::string value = quoted(message, 0), field = quoted(message, 1);
     return "unknown value '" + value + "' of " + field + suggestion(value, enum_values(field));
   }
+  if (message.ends_with("got: ")) return "the file ends inside a part: a } is missing";
   return "syntax: " + message;
 }
 

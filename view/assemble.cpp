@@ -54,8 +54,9 @@ void Assembler::take(const core::TickRecord& tick) {
       finger.p = tick.hands[f].position;
       finger.v = tick.hands[f].velocity;
       finger.force = tick.command[f];
-      finger.contact = core::contact_state(tick.contact_bits[0], static_cast<int>(f));
-      finger.side = core::contact_side(tick.contact_bits[0], static_cast<int>(f));
+      const int contact = core::contact_of_finger(tick.contact_bits[0], static_cast<int>(f));
+      finger.contact = core::contact_state(tick.contact_bits[0], contact);
+      finger.side = core::contact_side(tick.contact_bits[0], contact);
     }
   }
   Site& own = now_.sites[static_cast<std::size_t>(now_.own)];

@@ -33,8 +33,9 @@ void set_hand(Site& site, const core::HandSample<V>& hand, int fingers,
     Finger& finger = site.fingers[f];
     finger.p = core::to_vec3(hand[f].p);
     finger.v = core::to_vec3(hand[f].v);
-    finger.contact = core::contact_state(contact_bits, f);
-    finger.side = core::contact_side(contact_bits, f);
+    const int contact = core::contact_of_finger(contact_bits, f);
+    finger.contact = core::contact_state(contact_bits, contact);
+    finger.side = core::contact_side(contact_bits, contact);
   }
 }
 

@@ -115,6 +115,15 @@ TEST(PlaneGuard, ContactBitsKeepStateAndSideOfEightContacts) {
     EXPECT_EQ(contact_side(bits, i), i / 2);
   }
   EXPECT_EQ(with_contact(bits, 8, ContactState::kSlide), bits);
+  // Two objects touched by one finger stay apart; the first touched one is the finger's.
+  const std::uint32_t word = contact_word(with_contact(0, 0, ContactState::kPreSlide, 1), 1, 2) |
+                             contact_word(with_contact(0, 0, ContactState::kSlide, 3), 0, 3);
+  EXPECT_EQ(contact_state(word, 6), ContactState::kPreSlide);
+  EXPECT_EQ(contact_side(word, 6), 1);
+  EXPECT_EQ(contact_of_finger(word, 2), 6);
+  EXPECT_EQ(contact_of_finger(word, 3), 3);
+  EXPECT_EQ(contact_state(word, contact_of_finger(word, 1)), ContactState::kFree);
+  EXPECT_EQ(contact_word(1u, 2, 0), 0u);  // no room for a third object
   bits = with_contact(bits, 3, ContactState::kFree);
   EXPECT_EQ(contact_state(bits, 3), ContactState::kFree);
   EXPECT_EQ(contact_state(bits, 2), ContactState::kPreSlide);

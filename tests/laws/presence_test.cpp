@@ -77,6 +77,25 @@ TEST(Presence, OfASilentPeerLeavesNoForceAndNoJumpBehind) {
   EXPECT_LT(std::sqrt(core::inner(gap, gap)), 1e-3);
 }
 
+// The fault says that somebody who was there is not heard; who never came is not missed.
+TEST(Presence, ASilentPeerIsAFaultUntilItIsHeardAgain) {
+  core::Scene scene = tests::axis_users(2, false, {900, 8}, {60, 1}, {120, 6});
+  scene.silence = core::SilenceParameters{0.1, 0.1, 0.4};
+  distributed::ReplicaLaw<core::AxisWorld> law(scene, 0);
+  const core::SiteState<core::AxisWorld> there{};
+  const auto stale_at = [&](std::int64_t slot, bool packet) {
+    distributed::ReplicaInputs<core::AxisWorld> inputs;
+    if (packet) inputs.fresh[1] = &there;
+    (void)law.observe({});
+    return has(law.tick(slot, inputs).faults, core::Fault::kStalePeer);
+  };
+  for (int slot = 0; slot < 500; ++slot) EXPECT_FALSE(stale_at(slot, false));
+  EXPECT_FALSE(stale_at(500, true));
+  for (int slot = 501; slot <= 602; ++slot) EXPECT_FALSE(stale_at(slot, false)) << slot;
+  EXPECT_TRUE(stale_at(603, false));  // 0.1 s are 102 ticks
+  EXPECT_FALSE(stale_at(604, true));
+}
+
 // Joins a replica whose copy rests at the origin to a peer whose site is `there`, waits until it
 // has settled, lets the peer fall silent, and returns the fastest motion from the join
 // (`from_join`) or from the last packet on.

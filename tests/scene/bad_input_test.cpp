@@ -147,6 +147,37 @@ TEST(BadInput, UnknownValuesOfAnEnumListTheKnown) {
       << error;
 }
 
+// Text format takes a number for an enum; one without a name reaches no law.
+TEST(BadInput, ANumberThatNoEnumValueHasListsTheNames) {
+  const std::string error = error_of("scene_version: 1\nspace: AXIS\nintegrator: 7\n");
+  EXPECT_TRUE(contains(error, "integrator = 7")) << error;
+  EXPECT_TRUE(contains(error, "ZERO_ORDER_HOLD")) << error;
+  EXPECT_TRUE(
+      contains(error_of("scene_version: 1\nspace: AXIS\nintegrator: -1\n"), "integrator = -1"));
+}
+
+TEST(BadInput, AFileThatEndsInsideAPartSaysSo) {
+  const std::string error = error_of("scene_version: 1\nspace: AXIS\nrates { local_hz: 1000\n");
+  EXPECT_TRUE(contains(error, "a } is missing")) << error;
+}
+
+// An edit is blamed for what it spoiled, not the line of the file that it changed.
+TEST(BadInput, AnEditIsNamedForWhatItSpoils) {
+  const auto said = [](const std::string& set) -> std::string {
+    const std::vector<std::string> sets{set};
+    try {
+      (void)load_scene("box_distributed", sets);
+    } catch (const SceneError& e) {
+      return e.what();
+    }
+    return "nothing";
+  };
+  EXPECT_TRUE(contains(said("scene_version=2"), "--set scene_version=2"))
+      << said("scene_version=2");
+  EXPECT_TRUE(contains(said("wall.wall.normal.y=0"), "--set wall.wall.normal.y=0"))
+      << said("wall.wall.normal.y=0");
+}
+
 TEST(BadInput, AFieldGivenTwiceIsRefused) {
   const std::string error = error_of("scene_version: 1\nspace: AXIS\nspace: PLANE\n");
   EXPECT_TRUE(contains(error, "t.scene:3:")) << error;

@@ -50,6 +50,36 @@ TEST(BadInput, AddressesThatCannotBe) {
   expect_refused(node({"client", nobody, "--wait", "5.5"}), {nobody, "no answer"});
 }
 
+TEST(BadInput, WordsAndNumbersThatAreNone) {
+  expect_refused({"replicate"}, {"no command 'replicate'", "did you mean 'replica'?"}, 2);
+  expect_refused({"bench", "nothing"}, {"no command 'nothing'", "wakeup"}, 2);
+  for (const char* option : {"--seconds", "--delay-packets", "--loss", "--jitter-ms"})
+    expect_refused({"simulate", "--scene", "axis_distributed", option, "nan"}, {option, "nan"}, 2);
+  expect_refused({"demo", "--seconds", "nan"}, {"--seconds", "nan"}, 2);
+  expect_refused({"demo", "--scene", "box_central"}, {"--scene", "--arch"}, 2);
+  expect_refused({"demo", "--arch", "distributed", "--scene", "box_central"},
+                 {"--arch", "box_central", "central"}, 2);
+  expect_refused({"probe", "127.0.0.1:9", "--count", "-5"}, {"--count", "10000000"}, 2);
+  expect_refused({"probe", "127.0.0.1:9", "--picture", "a.png"}, {"--picture", ".svg"}, 2);
+  expect_refused({"simulate", "--csv", "/nowhere/a.csv"}, {"--csv", "/nowhere"}, 2);
+}
+
+TEST(BadInput, ASceneThatIsCheckedSaysItsProblemsAsJsonToo) {
+  const std::string file = scratch("check.json");
+  expect_refused(
+      {"scene", "check", "--scene", "axis_single", "--set", "object.box.mass=0", "--json", file},
+      {"object.box.mass"}, 2);
+  const auto json = json_in(file);
+  EXPECT_EQ(json["valid"], false);
+  EXPECT_EQ(json["problems"][0]["field"], "object.box.mass");
+}
+
+TEST(BadInput, ASceneWithoutSilenceHoldsNobodysHand) {
+  expect_refused(node({"replica", "--scene", "box_distributed", "--set", "silence=none", "--user",
+                       "1", "--bind", free_address(), "--seconds", "1"}),
+                 {"silence", "--without-silence"});
+}
+
 TEST(BadInput, ScenesThatDoNotFit) {
   expect_refused(node({"server", "--scene", "box_distributed"}), {"architecture", "replica"});
   expect_refused(node({"replica", "--scene", "box_central", "--user", "1"}),

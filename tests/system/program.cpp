@@ -6,6 +6,7 @@
 #include <csignal>
 #include <fcntl.h>
 #include <filesystem>
+#include <fstream>
 #include <netinet/in.h>
 #include <poll.h>
 #include <stdexcept>
@@ -129,6 +130,11 @@ std::string free_address() {
     throw std::runtime_error("no free port");
   close(s);
   return "127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+}
+
+nlohmann::json json_in(const std::string& file) {
+  std::ifstream in(file);
+  return nlohmann::json::parse(in);
 }
 
 void sleep_seconds(double seconds) {

@@ -4,6 +4,8 @@
 #include <sys/types.h>
 #include <vector>
 
+#include <nlohmann/json.hpp>
+
 namespace tandem::test {
 
 /// The program `tandem` as a child process, its output in one string. Killed when it goes out of
@@ -37,6 +39,7 @@ class Program {
 [[nodiscard]] std::string scratch(const std::string& name);
 /// "127.0.0.1:PORT" that nobody uses now.
 [[nodiscard]] std::string free_address();
+[[nodiscard]] nlohmann::json json_in(const std::string& file);
 void sleep_seconds(double seconds);
 /// Arguments that keep a node from asking for real time, so that a crowded test machine stays
 /// usable.

@@ -3,6 +3,7 @@
 #include <csignal>
 #include <fstream>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
 
@@ -11,16 +12,13 @@
 #include "cli/replay_recording.h"
 #include "cli/replayed_site.h"
 #include "core/plane_world.h"
+#include "harness/many_users.h"
 #include "scene/load_scene.h"
+#include "scene/scene_text.h"
 #include "tests/system/program.h"
 
 namespace tandem::test {
 namespace {
-
-nlohmann::json json_in(const std::string& file) {
-  std::ifstream in(file);
-  return nlohmann::json::parse(in);
-}
 
 std::vector<std::string> replica(const std::string& user, const std::string& own,
                                  const std::string& first, const std::string& seconds,
@@ -81,6 +79,79 @@ TEST(Sessions, ServerAndClientMeetAndTheClientNeedsNoScene) {
   EXPECT_GT(json_in(scratch("client.json"))["packets_received"], 300);
   expect_same_bits(scratch("server.h5"));
   expect_same_bits(scratch("client.h5"));
+}
+
+/// An axis scene of three users as a file that nodes can run: devices with a limit, silence,
+/// samples extrapolated by the ages that the clocks give.
+std::string three_users(const std::string& base) {
+  core::Scene scene = harness::with_users(scene::load_scene(base), 3);
+  scene.reconstruction.kind = core::ReconstructionKind::kExtrapolate;
+  scene.silence = core::SilenceParameters{0.1, 0.1, 0.4};
+  for (core::UserParameters& user : scene.users) {
+    core::DeviceParameters device;
+    device.name = user.fingers[0].device = "of" + user.name;
+    device.max_force = 10.0;
+    scene.devices.push_back(device);
+  }
+  const std::string file = scratch(base + ".scene");
+  std::ofstream(file) << scene::to_text(scene);
+  return file;
+}
+
+// Every pair has a session of its own; one is stopped for a tenth of a second in the middle: late
+// ticks, old samples, a silence. What was felt follows from what was recorded all the same.
+TEST(Sessions, ThreeReplicasMeetAndReplayBitForBitThroughAStandstill) {
+  const std::string scene = three_users("axis_distributed_split");
+  const std::string at[] = {free_address(), free_address(), free_address()};
+  std::vector<Program> replicas;
+  for (int u = 0; u < 3; ++u) {
+    std::vector<std::string> words{"replica",
+                                   "--scene",
+                                   scene,
+                                   "--user",
+                                   std::to_string(u + 1),
+                                   "--bind",
+                                   at[u],
+                                   "--seconds",
+                                   "3",
+                                   "--record",
+                                   scratch(fmt::format("three{}.h5", u)),
+                                   "--json",
+                                   scratch(fmt::format("three{}.json", u))};
+    for (int j = 0; j < u; ++j)
+      words.insert(words.end(), {"--peer", fmt::format("{}={}", j + 1, at[j])});
+    replicas.emplace_back(node(words));
+  }
+  ASSERT_TRUE(replicas[0].says("'3' joined")) << replicas[0].output();
+  sleep_seconds(1.0);
+  replicas[1].signal(SIGSTOP);
+  sleep_seconds(0.15);
+  replicas[1].signal(SIGCONT);
+  for (int u = 0; u < 3; ++u) {
+    ASSERT_EQ(replicas[static_cast<std::size_t>(u)].wait(), 0)
+        << replicas[static_cast<std::size_t>(u)].output();
+    const auto j = json_in(scratch(fmt::format("three{}.json", u)));
+    ASSERT_EQ(j["peers"].size(), 2u);
+    for (const auto& peer : j["peers"]) EXPECT_GT(peer["received"], 200) << j.dump(1);
+    expect_same_bits(scratch(fmt::format("three{}.h5", u)));
+  }
+  EXPECT_GT(json_in(scratch("three1.json"))["missed_ticks"], 100) << "it stood still";
+}
+
+TEST(Sessions, AServerHasTwoClients) {
+  const std::string scene = three_users("axis_central"), a = free_address();
+  Program server(node({"server", "--scene", scene, "--bind", a, "--seconds", "3", "--record",
+                       scratch("two_clients.h5")}));
+  ASSERT_TRUE(server.says("at " + a));
+  Program two(node({"client", a, "--user", "2", "--seconds", "2", "--json", scratch("two.json")}));
+  Program three(
+      node({"client", a, "--user", "3", "--seconds", "2", "--json", scratch("three.json")}));
+  EXPECT_EQ(two.wait(), 0) << two.output();
+  EXPECT_EQ(three.wait(), 0) << three.output();
+  EXPECT_EQ(server.wait(), 0) << server.output();
+  EXPECT_GT(json_in(scratch("two.json"))["packets_received"], 200);
+  EXPECT_GT(json_in(scratch("three.json"))["packets_received"], 200);
+  expect_same_bits(scratch("two_clients.h5"));
 }
 
 TEST(Sessions, AReplicaCanTakeTheSceneOfARunningOne) {

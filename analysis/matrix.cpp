@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include <Eigen/Dense>
 
@@ -14,7 +15,41 @@ using RowMajor = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::Ro
 
 Eigen::Map<const RowMajor> map(const Matrix& a) { return {a.values.data(), a.rows, a.cols}; }
 
-/// Osborne's balancing: a similarity by powers of two, exact, that makes rows and columns alike.
+/// The first half of balancing: what nothing else drives, or what drives nothing else, has its
+/// diagonal entry as an eigenvalue, exactly. Samples that are overwritten before they are read are
+/// such; left in they are Jordan blocks at zero, whose rounding spoils the rest. Returns those
+/// eigenvalues and leaves what is not isolated in `a`.
+std::vector<double> isolate(Matrix& a) {
+  std::vector<double> isolated;
+  std::vector<int> kept(static_cast<std::size_t>(a.rows));
+  std::iota(kept.begin(), kept.end(), 0);
+  const auto alone = [&](int i) {
+    bool row = true, column = true;
+    for (const int j : kept) {
+      row = row && (j == i || a(i, j) == 0.0);
+      column = column && (j == i || a(j, i) == 0.0);
+    }
+    return row || column;
+  };
+  for (bool changed = true; changed;) {
+    changed = false;
+    for (std::size_t k = kept.size(); k-- > 0;) {
+      if (!alone(kept[k])) continue;
+      isolated.push_back(a(kept[k], kept[k]));
+      kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(k));
+      changed = true;
+    }
+  }
+  if (isolated.empty()) return isolated;
+  Matrix rest(static_cast<int>(kept.size()), static_cast<int>(kept.size()));
+  for (int i = 0; i < rest.rows; ++i)
+    for (int j = 0; j < rest.cols; ++j) rest(i, j) = a(kept[i], kept[j]);
+  a = std::move(rest);
+  return isolated;
+}
+
+/// Osborne's balancing, the second half: a similarity by powers of two, exact, that makes rows and
+/// columns alike.
 void balance(Matrix& a) {
   for (bool changed = true; changed;) {
     changed = false;
@@ -65,11 +100,16 @@ std::vector<std::complex<double>> eigenvalues(Matrix a) {
   if (a.rows == 0) return {};
   if (!all_finite(a))
     return std::vector<std::complex<double>>(a.rows, std::numeric_limits<double>::infinity());
-  balance(a);
-  const Eigen::EigenSolver<Eigen::MatrixXd> solver(Eigen::MatrixXd(map(a)), false);
-  std::vector<std::complex<double>> out(a.rows, std::numeric_limits<double>::quiet_NaN());
-  if (solver.info() != Eigen::Success) return out;
-  for (int i = 0; i < a.rows; ++i) out[i] = solver.eigenvalues()[i];
+  const std::vector<double> isolated = isolate(a);
+  std::vector<std::complex<double>> out(isolated.begin(), isolated.end());
+  if (a.rows > 0) {
+    balance(a);
+    const Eigen::EigenSolver<Eigen::MatrixXd> solver(Eigen::MatrixXd(map(a)), false);
+    if (solver.info() != Eigen::Success)
+      return std::vector<std::complex<double>>(out.size() + static_cast<std::size_t>(a.rows),
+                                               std::numeric_limits<double>::quiet_NaN());
+    out.insert(out.end(), solver.eigenvalues().begin(), solver.eigenvalues().end());
+  }
   std::sort(out.begin(), out.end(), [](const auto& x, const auto& y) {
     const double ax = std::abs(x), ay = std::abs(y);
     return ax != ay ? ax > ay : x.imag() > y.imag();

@@ -104,7 +104,7 @@ Pair run_pair(std::chrono::milliseconds each_way, const std::string& on_unstable
   const auto replica = [&](const std::string& user, const std::string& bind) {
     std::vector<std::string> out{"replica", "--scene", "box_distributed", "--user",    user,
                                  "--bind",  bind,      "--on-unstable",   on_unstable, "--seconds",
-                                 "5"};
+                                 "3"};
     if (user == "2") out.insert(out.end(), {"--peer", "1=" + relay.where()});
     return node(out);
   };

@@ -8,6 +8,7 @@
 #include <memory>
 #include <stdexcept>
 #include <unistd.h>
+#include <utility>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -78,13 +79,16 @@ class Bench {
   explicit Bench(const Options& options) : options_(options) {}
 
   void run() {
+    // What is wrong is said before anything is measured.
+    const std::array<std::pair<std::string, core::Scene>, 2> scenes{
+        {{options_.central, scene_of("--central", options_.central, core::Architecture::kCentral)},
+         {options_.mesh, scene_of("--mesh", options_.mesh, core::Architecture::kDistributed)}}};
     loopback_ = measure_loopback(kBytes, kLoopbackSeconds);
     std::vector<ScaleSize> sizes;
     for (const int n : steps(2, options_.users)) sizes.push_back({n, 1});
     for (const int n : steps(1, options_.objects))
       if (n > 1) sizes.push_back({2, n});
-    for (const std::string& scene : {options_.central, options_.mesh}) {
-      const core::Scene loaded = scene::load_scene(scene);
+    for (const auto& [scene, loaded] : scenes) {
       for (const ScaleSize& size : sizes) measure(scene, loaded, size);
       // The same work with room for more.
       for (const Wide& wide : kWide)
@@ -104,6 +108,15 @@ class Bench {
 
  private:
   static constexpr std::size_t kBytes = 228;  // of a planar packet with two fingers and a box
+
+  [[nodiscard]] static core::Scene scene_of(const std::string& option, const std::string& name,
+                                            core::Architecture architecture) {
+    core::Scene scene = scene::load_scene(name);
+    (void)grown_scene(scene, {3, 1});
+    if (scene.architecture != architecture)
+      throw std::invalid_argument(option + " " + name + ": of the other architecture");
+    return scene;
+  }
 
   [[nodiscard]] ScaleWork without_traffic() const {
     ScaleWork work = options_.work;

@@ -26,6 +26,7 @@ TEST(Percentile, IsTheSmallestValueThatTheShareDoesNotExceed) {
   EXPECT_NEAR(p.mean, 500.5, 1e-9);  // rounding of 1000 sums
   EXPECT_EQ(percentiles_of({7.0}).p999, 7.0);
   EXPECT_EQ(percentiles_of({3.0, 1.0}).p50, 1.0);
+  EXPECT_EQ(percentiles_of({1.0, 3.0, 2.0}).p50, 2.0);
   EXPECT_EQ(percentiles_of({}).count, 0U);
 }
 

@@ -38,7 +38,7 @@ class StampedReplica {
 
   StampedReplica(core::Scene& scene, int user, net::PeerLink& link, double seconds)
       : law_(scene, user),
-        hand_(scene.users[user], node::open_hands(scene, user, {})),
+        hand_(scene, user, node::open_hands(scene, user, {})),
         outbox_(link.outbox(static_cast<std::uint32_t>(1 - user))),
         inbox_(link.inbox(static_cast<std::uint32_t>(1 - user))),
         user_(user) {

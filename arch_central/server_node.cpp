@@ -97,10 +97,11 @@ class ServerSite {
                 node::TickLog& log) noexcept {
     core::SiteState<World> site;
     site.fingers = hand;
+    site.contact_bits = law_.hand(user).contact_bits;  // of the tick before: for those who look on
     core::PacketRecord record{.slot = slot, .peer = static_cast<std::uint32_t>(user), .packet = {}};
     core::pack(site, {law_.counts(user).fingers, 0}, record.packet);
     record.packet.sender = record.peer;
-    log.push(record);
+    log.push_hand(record);
   }
 
   Law law_;

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <thread>
 #include <unistd.h>
 
@@ -13,6 +14,7 @@
 #include "devices/pointer_feed.h"
 #include "view/assemble.h"
 #include "view/gl_window.h"
+#include "view/other_hands.h"
 #include "view/viewer.h"
 
 namespace tandem::cli {
@@ -104,10 +106,15 @@ void run_node(const WindowedNode& node, node::NodeOptions options, const NodeArg
     std::fflush(nullptr);
     _exit(status);
   };
+  std::unique_ptr<view::OtherHands> others;
+  if (!node.server.empty())
+    others = std::make_unique<view::OtherHands>(node.server, version_text());
+  const int own_user = core::index_of(node.scene.users, node.user);
   view::Source source;
   source.newest = [&](view::Snapshot& out) {
     const bool any = view::take_all(tap, assembler);
     if (any) out = assembler.snapshot();
+    if (any && others) (void)others->add_to(out, own_user);
     return any;
   };
   nlohmann::ordered_json seen;

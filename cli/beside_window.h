@@ -14,6 +14,7 @@ struct WindowedNode {
   std::string user;     ///< whose node; "server" for a server
   std::string pointer;  ///< whose fingers a pointer leads there
   std::function<node::NodeReport(const node::NodeOptions&)> run;
+  std::string server{};  ///< of a client: HOST:PORT where its window asks for the others' hands
 };
 
 /// Runs the node and finishes it (`finish`); with --view in a thread beside a window on the main

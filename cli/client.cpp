@@ -60,7 +60,8 @@ void add_client(CLI::App& app) {
               [&](const node::NodeOptions& o) {
                 options.node = o;
                 return central::run_client(options);
-              }},
+              },
+              a.server},
              options.node, a.node);
   });
 }

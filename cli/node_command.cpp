@@ -6,6 +6,7 @@
 #include "cli/commands.h"
 #include "cli/stability_guard.h"
 #include "node/site_name.h"
+#include "view/room.h"
 
 namespace tandem::cli {
 
@@ -25,6 +26,10 @@ void NodeArguments::add(CLI::App& command) {
                   "recorded hands: the scene's script goes on, and the recording's displacement is "
                   "added to it from this time on [s]")
       ->check(not_negative);
+  auto* room_option = command.add_option(
+      "--room", room,
+      "JSON file with the frames of devices, scene, tracker, screen (docs/viewer.md): recorded "
+      "hands are brought into the scene's frame, and --view draws for a head before the screen");
   auto* window = command.add_option_group("window");
   window->add_flag("--view", view, "open a window on this node; it never holds up the force loop");
   window->add_option("--view-size", view_size, "WIDTHxHEIGHT")->capture_default_str();
@@ -33,6 +38,10 @@ void NodeArguments::add(CLI::App& command) {
       ->capture_default_str();
   window->add_option("--view-screenshot", view_screenshot, "write the last picture here, PNG");
   window->add_flag("--view-hidden", view_hidden, "a window nobody sees");
+  window
+      ->add_option("--head-udp", head_udp,
+                   "[ADDRESS:]PORT where a head tracker sends \"X Y Z\" (docs/viewer.md)")
+      ->needs(room_option);
   auto* realtime = command.add_option_group("real time");
   realtime
       ->add_option("--priority", priority,
@@ -77,8 +86,9 @@ node::NodeOptions NodeArguments::options(const std::string& bind) const {
   o.seconds = seconds;
   o.start_ns = start_ns;
   o.record_file = record;
-  o.hands = {hands == "recorded", hand_file, hand_columns, nullptr, {}};
+  o.hands = {hands == "recorded", hand_file, hand_columns, nullptr, {}, {}};
   if (hand_after >= 0.0) o.hands.after = hand_after;
+  if (!room.empty()) o.hands.frames = view::load_room(room).scene_from_devices();
   if (o.hands.recorded && hand_file.empty())
     throw CLI::ValidationError("--hands recorded", "needs --hand-file FILE to play");
   if (!o.hands.recorded && !hand_file.empty())

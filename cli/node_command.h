@@ -27,6 +27,7 @@ struct NodeArguments {
   bool quiet = false;
   bool without_silence = false;
   long long start_ns = 0;
+  std::string room, head_udp;
   bool view = false, view_hidden = false;
   std::string view_size = "1280x720", view_screenshot;
   double view_fps = 60.0;

@@ -20,6 +20,7 @@
 #include "cli/node_command.h"
 #include "core/network_model.h"
 #include "view/gl_window.h"
+#include "view/head_tracker.h"
 #include "view/paced_session.h"
 #include "view/recording_source.h"
 #include "view/spectator.h"
@@ -142,6 +143,22 @@ std::function<void(double, view::Room&)> head_of_file(const std::string& file) {
       const double part = (time - before.t) / (next->t - before.t);
       room.tracker_from_head.t = before.p + (next->p - before.p) * part;
     }
+  };
+}
+
+/// The head where a tracker's datagrams say, and a line in the window while they say nothing.
+void follow_tracker(const std::string& bind, view::ViewerOptions& o) {
+  auto tracker = std::make_shared<view::HeadTracker>(bind);
+  o.move_head = [tracker](double time, view::Room& room) {
+    (void)tracker->update(time, room.tracker_from_head);
+  };
+  o.head_status = [tracker](double time) {
+    std::string text;
+    if (tracker->silent(time)) text = "no head from a tracker at " + tracker->address();
+    if (tracker->refused() > 0)
+      text += fmt::format("{}{} of the tracker's datagrams refused: {}", text.empty() ? "" : "\n",
+                          tracker->refused(), tracker->last_refusal());
+    return text;
   };
 }
 
@@ -279,15 +296,26 @@ void WindowArguments::add(CLI::App& command) {
   command.add_option("--camera", camera,
                      "AZIMUTH,ELEVATION,DISTANCE[,X,Y,Z]: degrees, metres; where it looks from");
   auto* co_located = command.add_option_group("screens in a room (docs/viewer.md)");
-  co_located->add_flag("--stereo", stereo, "left and right eye side by side");
+  auto* both = co_located->add_flag("--stereo", stereo, "left and right eye side by side");
+  co_located->add_option("--eye", eye, "only this eye: a window for each projector of a screen")
+      ->check(CLI::IsMember({"left", "middle", "right"}))
+      ->excludes(both)
+      ->capture_default_str();
   auto* room_option = co_located->add_option(
       "--room", room,
       "JSON file with the frames of scene, tracker, devices, screen: picture for a "
       "tracked head before that screen");
   co_located->add_option("--head", head, "X,Y,Z of the head in the tracker's frame [m]")
       ->needs(room_option);
-  co_located->add_option("--head-track", head_track, "file with t,x,y,z of the head a line")
-      ->needs(room_option);
+  auto* file =
+      co_located->add_option("--head-track", head_track, "file with t,x,y,z of the head a line")
+          ->needs(room_option);
+  co_located
+      ->add_option("--head-udp", head_udp,
+                   "[ADDRESS:]PORT where a tracker sends the head, \"X Y Z\" or \"X Y Z QW QX QY "
+                   "QZ\" a datagram; without ADDRESS from this computer only")
+      ->needs(room_option)
+      ->excludes(file);
 }
 
 WindowArguments NodeArguments::window_arguments() const {
@@ -296,6 +324,8 @@ WindowArguments NodeArguments::window_arguments() const {
   w.fps = view_fps;
   w.screenshot = view_screenshot;
   w.hidden = view_hidden;
+  w.room = room;
+  w.head_udp = head_udp;
   return w;
 }
 
@@ -313,6 +343,9 @@ view::ViewerOptions WindowArguments::options() const {
   o.drawing.ghosts = !no_ghosts;
   o.samples = samples;
   o.stereo = stereo;
+  o.eye = eye == "left"    ? view::Eye::kLeft
+          : eye == "right" ? view::Eye::kRight
+                           : view::Eye::kMiddle;
   if (!screenshot.empty())
     if (const std::string why = writable_file(screenshot); !why.empty())
       throw CLI::ValidationError("--screenshot", why);
@@ -324,6 +357,7 @@ view::ViewerOptions WindowArguments::options() const {
                1e3 * o.room->worst_residual);
   if (!head.empty()) o.room->tracker_from_head.t = view::parse_point(head);
   if (!head_track.empty()) o.move_head = head_of_file(head_track);
+  if (!head_udp.empty()) follow_tracker(head_udp, o);
   (void)o.room->picture(view::Eye::kMiddle, 16, 9);
   return o;
 }
@@ -391,6 +425,9 @@ ordered_json to_json(const core::Scene& scene, const view::ViewerReport& r) {
   j["camera"] = {{"eye", {eye.x, eye.y, eye.z}},
                  {"target", {target.x, target.y, target.z}},
                  {"fov_y", r.camera.fov_y}};
+  if (r.eye_in_screen)
+    j["eye_in_screen"] = {r.eye_in_screen->x, r.eye_in_screen->y, r.eye_in_screen->z};
+  if (!r.head_status.empty()) j["head_status"] = r.head_status;
   j["time"] = r.last.time;
   j["slot"] = r.last.slot;
   const view::Site& own = r.last.sites[static_cast<std::size_t>(r.last.own)];

@@ -17,7 +17,7 @@ struct WindowArguments {
   bool hidden = false, offscreen = false, no_panels = false, no_labels = false, no_ghosts = false;
   int samples = 4;
   bool stereo = false;
-  std::string room, head, head_track, eye = "middle";
+  std::string room, head, head_track, head_udp, eye = "middle";
   std::string camera;
 
   void add(CLI::App& command);

@@ -408,6 +408,12 @@ void PeerLink::send_state(Peer& peer, core::StatePacket& packet) {
 /// To every spectator: what the force loop left, if there is something new.
 void PeerLink::send_snapshots() {
   if (!exchange_ || !tap_->fetch(tapped_)) return;
+  for (std::uint32_t user = 0; user < core::kMaxUsers; ++user) {
+    if (!tap_->fetch(user, tapped_hand_)) continue;
+    core::StatePacket hand = tapped_hand_.record.packet;
+    hand.slot = tapped_hand_.record.slot;
+    send_snapshot(hand);
+  }
   core::StatePacket packet;
   packet.sender = exchange_->own_sender;
   core::pack_spectator(tapped_, exchange_->spectators, packet);

@@ -172,6 +172,7 @@ class PeerLink {
   std::unique_ptr<SpectatorDesk> desk_;  ///< there is one where there is a host
   std::unique_ptr<core::ViewTap> tap_;
   core::TappedTick tapped_;
+  core::TappedPacket tapped_hand_;
   std::vector<std::unique_ptr<GuestSession>> guests_;
   std::array<std::unique_ptr<Peer>, core::kMaxUsers + 1> peers_;
   StateEncoder encoder_;

@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 
 #include "core/realtime.h"
+#include "core/rigid.h"
 #include "core/view_tap.h"
 #include "devices/pointer_feed.h"
 #include "node/stability_guard.h"
@@ -17,6 +19,9 @@ struct HandOptions {
   std::string file;       ///< recorded: what to play
   std::string columns;    ///< recorded: which column drives what; see devices/column_mapping.h
   devices::PointerFeed* pointer = nullptr;  ///< set: a pointer leads all fingers
+  /// Where devices are in the scene, by their name there. Simulated hands and pointers are in the
+  /// scene's frame already and take none.
+  std::map<std::string, core::Rigid> frames{};
   std::optional<double> after;  ///< recorded: added to the scene's script from this time on [s]
 };
 

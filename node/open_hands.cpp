@@ -2,6 +2,7 @@
 
 #include <stdexcept>
 
+#include "devices/framed_device.h"
 #include "devices/load_recorded_path.h"
 #include "devices/open_device.h"
 #include "devices/pointer_hand.h"
@@ -85,15 +86,32 @@ std::unique_ptr<devices::HapticDevice> open_one(core::Scene& scene, int user, in
   return devices::open_device(scene, user, f);
 }
 
+/// A frame for a device that nobody has is a misspelt one.
+void check_frames(const core::Scene& scene, const HandOptions& hands) {
+  for (const auto& [name, frame] : hands.frames) {
+    if (core::index_of(scene.devices, name) >= 0) continue;
+    std::string known;
+    for (const core::DeviceParameters& d : scene.devices)
+      known += (known.empty() ? "" : ", ") + d.name;
+    throw std::runtime_error("common_from_device: scene " + scene.name + " has no device \"" +
+                             name + "\"; it has " + (known.empty() ? "none" : known));
+  }
+}
+
 }  // namespace
 
 OpenedDevices open_hands(core::Scene& scene, int user, const HandOptions& hands) {
+  check_frames(scene, hands);
   OpenedDevices opened;
   const core::UserParameters& u = scene.users[user];
   for (std::size_t f = 0; f < u.fingers.size(); ++f) {
     const core::FingerParameters& finger = u.fingers[f];
     const int d = core::index_of(scene.devices, finger.device);
     auto device = open_one(scene, user, static_cast<int>(f), hands);
+    const auto frame = hands.frames.find(finger.device);
+    if (frame != hands.frames.end() && d >= 0 &&
+        scene.devices[d].kind == core::DeviceKind::kRecorded)
+      device = std::make_unique<devices::FramedDevice>(std::move(device), frame->second);
     const devices::DeviceInfo& info = device->info();
     const double max_force =
         smaller_limit(d < 0 ? 0.0 : scene.devices[d].max_force, info.max_force);

@@ -26,6 +26,11 @@ class TickLog {
     if (recording_ != nullptr) (void)recording_->record(packet);
     if (window_ != nullptr) window_->push(packet);
   }
+  /// The hand of a further user at this node: spectators cannot know it from the network.
+  void push_hand(const core::PacketRecord& hand) noexcept {
+    push(hand);
+    if (spectators_ != nullptr) spectators_->push(hand);
+  }
 
  private:
   recording::RecordingWriter* recording_;

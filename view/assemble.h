@@ -16,7 +16,7 @@ namespace tandem::view {
 /// node (core::ViewTap) and for its recording.
 ///
 /// A replica knows the hands and copies of the others, a server their hands, a client only its own
-/// hand and the server's objects.
+/// hand and the server's objects (its window asks for the rest, view/other_hands.h).
 class Assembler {
  public:
   /// `user`: whose node it is; "server". Throws std::invalid_argument if the scene has no such

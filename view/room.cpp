@@ -99,6 +99,13 @@ class RoomReader {
 
 }  // namespace
 
+std::map<std::string, Rigid> Room::scene_from_devices() const {
+  std::map<std::string, Rigid> all;
+  for (const auto& [name, frame] : common_from_device)
+    all[name] = common_from_scene.inverse() * frame;
+  return all;
+}
+
 Vec3 Room::eye_in_screen(Eye eye) const {
   const double side = eye == Eye::kLeft ? -0.5 : eye == Eye::kRight ? 0.5 : 0.0;
   const Rigid common_from_head = common_from_tracker * tracker_from_head;

@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 
+#include "core/rigid.h"
 #include "view/projection.h"
 
 /// A screen in a room and an eye before it: the frames of the juggling paper's section 6.3, where
@@ -12,19 +13,7 @@
 namespace tandem::view {
 
 using core::Quat;
-
-/// Where frame B is in frame A: p_A = t + q p_B.
-struct Rigid {
-  Vec3 t{0.0};
-  Quat q{1.0, 0.0, 0.0, 0.0};
-
-  [[nodiscard]] Vec3 operator()(const Vec3& p) const { return t + q * p; }
-  [[nodiscard]] Rigid operator*(const Rigid& b) const { return {t + q * b.t, q * b.q}; }
-  [[nodiscard]] Rigid inverse() const {
-    const Quat back = glm::conjugate(q);
-    return {back * -t, back};
-  }
-};
+using core::Rigid;
 
 enum class Eye { kLeft, kMiddle, kRight };
 
@@ -35,7 +24,7 @@ struct Room {
   Rigid common_from_scene;
   Rigid common_from_tracker;
   Rigid common_from_screen;
-  std::map<std::string, Rigid> common_from_device;
+  std::map<std::string, Rigid> common_from_device;         ///< by its name in the scene
   double screen_width = 0.0, screen_height = 0.0;          ///< [m]
   double eye_separation = 0.063;                           ///< [m]
   Rigid tracker_from_head{{0.0, 0.0, 0.6}, {1, 0, 0, 0}};  ///< until a tracker says otherwise
@@ -43,6 +32,8 @@ struct Room {
   /// Largest distance that a frame fitted to pairs of points leaves [m]; 0: nothing was fitted.
   double worst_residual = 0.0;
 
+  /// Each device in the scene's frame: what devices::FramedDevice wants.
+  [[nodiscard]] std::map<std::string, Rigid> scene_from_devices() const;
   [[nodiscard]] Vec3 eye_in_screen(Eye eye) const;
   /// What this eye sees on the screen. Throws std::invalid_argument for an eye behind it.
   [[nodiscard]] Picture picture(Eye eye, int width, int height) const;

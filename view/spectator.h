@@ -25,9 +25,11 @@ namespace tandem::view {
 /// in virtual time. One thread.
 class SpectatorPicture {
  public:
+  static constexpr double kBufferPackets = 2.5;
+
   /// `host_sender`: whose snapshots: a user's index or core::kServerSender.
   SpectatorPicture(const core::Scene& scene, std::uint32_t host_sender,
-                   double buffer_packets = 2.5);
+                   double buffer_packets = kBufferPackets);
 
   [[nodiscard]] const core::SpectatorLayout& layout() const noexcept { return layout_; }
   /// Values in the snapshots of this site; -1: it has none.
@@ -74,6 +76,10 @@ class Spectator {
   [[nodiscard]] bool at_now(Snapshot& out);
   [[nodiscard]] std::vector<std::string> take_messages();
   [[nodiscard]] std::uint64_t accepted() const { return accepted_.load(); }
+  /// How much later than it comes a state is drawn [s].
+  [[nodiscard]] double buffer() const {
+    return SpectatorPicture::kBufferPackets / scene_.rates.packet_hz;
+  }
 
  private:
   void run();

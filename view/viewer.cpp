@@ -27,6 +27,9 @@ using SteadyClock = std::chrono::steady_clock;
   return std::chrono::duration<double>(b - a).count();
 }
 
+/// Distance before its screen that an eye has at least [m].
+constexpr double kNearest = 0.02;
+
 /// Mouse wheel movements since they were last looked at.
 double scrolled = 0.0;
 GLFWscrollfun scroll_before = nullptr;
@@ -56,6 +59,7 @@ class Viewer {
         pointer_(layout_, options.pointer_user) {
     if (window_.glfw() != nullptr) scroll_before = glfwSetScrollCallback(window_.glfw(), on_scroll);
     scrolled = 0.0;
+    if (options.room) last_head_ = options.room->tracker_from_head;
     if (!options.frames.empty()) std::filesystem::create_directories(options.frames);
   }
 
@@ -68,6 +72,7 @@ class Viewer {
   void steer_by_mouse(bool free_left);
   void lead_fingers(double seconds);
   void draw_picture(double seconds);
+  void follow_head();
   [[nodiscard]] Picture picture_of(Eye eye, int x, int width, int height) const;
   [[nodiscard]] bool key(int k) const {
     return window_.glfw() != nullptr && glfwGetKey(window_.glfw(), k) == GLFW_PRESS;
@@ -84,6 +89,7 @@ class Viewer {
   History history_;
   Camera camera_;
   PointerControl pointer_;
+  Rigid last_head_;  ///< in the tracker's frame: the last from where the screen can be seen
   Snapshot seen_;
   bool any_ = false;
   double time_ = 0.0;  ///< since the start, or of the pictures
@@ -210,15 +216,35 @@ Picture Viewer::picture_of(Eye eye, int x, int width, int height) const {
   return p;
 }
 
+void Viewer::follow_head() {
+  if (!options_.room) return;
+  if (options_.move_head) options_.move_head(time_, *options_.room);
+  if (options_.head_status) report_.head_status = options_.head_status(time_);
+  const double nearest = std::min(options_.room->eye_in_screen(Eye::kLeft).z,
+                                  options_.room->eye_in_screen(Eye::kRight).z);
+  if (nearest > kNearest) {
+    report_.eye_in_screen = options_.room->eye_in_screen(options_.eye);
+    last_head_ = options_.room->tracker_from_head;
+  } else {
+    // A tracker that lost its markers: nothing can be seen from behind the screen.
+    options_.room->tracker_from_head = last_head_;
+    report_.head_status +=
+        (report_.head_status.empty() ? "" : "\n") +
+        "the tracker puts the head in or behind the screen: it is drawn from where it was";
+  }
+}
+
 void Viewer::draw_picture(double seconds) {
   const int width = window_.width(), height = window_.height();
   if (width < 2 || height < 2) return;  // minimised
-  if (options_.room && options_.move_head) options_.move_head(time_, *options_.room);
+  follow_head();
   const Drawing drawing = any_ ? draw(layout_, seen_, options_.drawing) : Drawing{};
   const auto put_panels = [&] {
     if (!options_.panels) return;
     PanelText text = options_.text;
     if (!any_) text.status = "waiting for the session";
+    if (!report_.head_status.empty())
+      text.status += (text.status.empty() ? "" : "\n") + report_.head_status;
     panels_.plots(history_, text);
     if (source_.playback != nullptr) panels_.player(*source_.playback);
   };
@@ -238,7 +264,7 @@ void Viewer::draw_picture(double seconds) {
     view(Eye::kLeft, 0, width / 2);
     view(Eye::kRight, width / 2, width - width / 2);
   } else {
-    view(Eye::kMiddle, 0, width);
+    view(options_.eye, 0, width);
   }
   renderer_.resolve();
   put_panels();

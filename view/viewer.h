@@ -40,7 +40,10 @@ struct ViewerOptions {
   bool stereo = false;                                ///< left and right eye side by side
   std::optional<Room> room;                           ///< head-tracked; none: camera on the mouse
   std::function<void(double time, Room&)> move_head;  ///< sets tracker_from_head; empty: it rests
-  std::optional<Camera> camera;                       ///< none: all of the scene
+  /// What there is to say of the head's tracker; empty, or an empty string: nothing.
+  std::function<std::string(double time)> head_status;
+  Eye eye = Eye::kMiddle;        ///< without stereo
+  std::optional<Camera> camera;  ///< none: all of the scene
   PanelText text;
   devices::PointerFeed* pointer = nullptr;  ///< the mouse leads this user's fingers
   int pointer_user = 0;
@@ -57,6 +60,8 @@ struct ViewerReport {
   std::string ended;  ///< "time is over", "the window was closed", "the session ended", "stopped"
   Snapshot last;
   Camera camera;
+  std::optional<Vec3> eye_in_screen;  ///< with a room: the last picture's eye
+  std::string head_status;            ///< as shown last
   int width = 0, height = 0;
 
   [[nodiscard]] double pictures_a_second() const {

@@ -8,6 +8,7 @@
 #include <gtest/gtest.h>
 
 #include "core/allocation_counter.h"
+#include "devices/framed_device.h"
 #include "devices/open_device.h"
 #include "devices/recorded_hand.h"
 #include "devices/simulated_hand.h"
@@ -209,6 +210,63 @@ TEST(OpenDevice, OpensWhatTheSceneDeclares) {
   device.file += ",mode=kinematic";
   EXPECT_EQ(open_device(scene_with(device, held_finger()), 0, 0)->info().name.substr(0, 13),
             "recorded hand");
+}
+
+/// Measures what it is told, remembers what it is asked for.
+class Mechanism final : public HapticDevice {
+ public:
+  DeviceInfo info_;
+  DeviceSample sample;
+  DeviceStatus status = DeviceStatus::kOk;
+  DeviceCommand* asked = nullptr;
+  [[nodiscard]] const DeviceInfo& info() const noexcept override { return info_; }
+  [[nodiscard]] DeviceStatus read(std::int64_t, DeviceSample& out) noexcept override {
+    if (status == DeviceStatus::kOk) out = sample;
+    return status;
+  }
+  [[nodiscard]] DeviceStatus write(const DeviceCommand& command) noexcept override {
+    *asked = command;
+    return status;
+  }
+  void stop() noexcept override {}
+};
+
+// A quarter turn around z: the device's x is the scene's y, its y the scene's -x.
+TEST(FramedDevice, TurnsMotionIntoTheSceneAndForceBack) {
+  DeviceCommand asked;
+  auto inner = std::make_unique<Mechanism>();
+  Mechanism& mechanism = *inner;
+  mechanism.asked = &asked;
+  mechanism.info_.workspace_min = {0, 0, 0};
+  mechanism.info_.workspace_max = {1, 2, 3};
+  const double h = std::sqrt(0.5);
+  FramedDevice device(std::move(inner), {{10, 20, 30}, core::Quat(h, 0, 0, h)});
+  mechanism.sample.position = {1, 2, 3};
+  mechanism.sample.velocity = {4, 5, 6};
+  mechanism.sample.has_velocity = true;
+  mechanism.sample.buttons = 5;
+  const DeviceSample seen = read_at(device, 0);
+  EXPECT_LT(glm::length(seen.position - Vec3{8, 21, 33}), 1e-12);
+  EXPECT_LT(glm::length(seen.velocity - Vec3{-5, 4, 6}), 1e-12);
+  EXPECT_EQ(seen.buttons, 5u);
+  EXPECT_LT(glm::length(device.info().workspace_min - Vec3{8, 20, 30}), 1e-12);
+  EXPECT_LT(glm::length(device.info().workspace_max - Vec3{10, 21, 33}), 1e-12);
+  const Vec3 force{0.5, -1.5, 2.5};
+  EXPECT_EQ(device.write({.force = force}), DeviceStatus::kOk);
+  EXPECT_LT(glm::length(asked.force - Vec3{-1.5, -0.5, 2.5}), 1e-12);
+  EXPECT_NEAR(glm::dot(asked.force, mechanism.sample.velocity), glm::dot(force, seen.velocity),
+              1e-12)
+      << "a frame makes no power";
+}
+
+TEST(FramedDevice, KeepsTheSampleWhenTheDeviceDoesNotAnswer) {
+  auto inner = std::make_unique<Mechanism>();
+  inner->status = DeviceStatus::kDisconnected;
+  FramedDevice device(std::move(inner), {{1, 2, 3}, core::Quat(1, 0, 0, 0)});
+  DeviceSample sample;
+  sample.position = {7, 8, 9};
+  EXPECT_EQ(device.read(0, sample), DeviceStatus::kDisconnected);
+  EXPECT_EQ(sample.position.x, 7.0);
 }
 
 TEST(OpenDevice, SaysWhichDeviceWhichFieldAndWhatToDo) {

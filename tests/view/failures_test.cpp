@@ -1,3 +1,6 @@
+#include <X11/Xlib.h>
+#include <X11/extensions/XTest.h>
+#include <X11/keysym.h>
 #include <cstdlib>
 
 #include <gtest/gtest.h>
@@ -52,6 +55,61 @@ TEST(ViewFailures, ADisplayWithoutOpenGlIsSaidAndTheNodeGoesOn) {
   EXPECT_NE(program.output().find("OpenGL 3.3"), std::string::npos) << program.output();
   EXPECT_NE(program.output().find("the node goes on without it"), std::string::npos);
   expect_whole(file);
+}
+
+// A driver that offers 3.3 and does not take its shaders: Mesa told to know GLSL 1.40 only.
+TEST(ViewFailures, AShaderThatDoesNotCompileIsSaidAndTheNodeGoesOn) {
+  unsetenv("DISPLAY");
+  const std::string file = scratch("shader.h5");
+  setenv("MESA_GLSL_VERSION_OVERRIDE", "140", 1);
+  Program program(node_with_window(file));
+  unsetenv("MESA_GLSL_VERSION_OVERRIDE");
+  EXPECT_EQ(program.wait(), 0) << program.output();
+  EXPECT_NE(program.output().find("does not take the vertex shader \"solid\""), std::string::npos)
+      << program.output();
+  EXPECT_NE(program.output().find("the node goes on without it"), std::string::npos);
+  expect_whole(file);
+}
+
+TEST(ViewFailures, TheWindowIsClosedAndTheNodeGoesOn) {
+  XServer server;
+  if (!server.runs()) GTEST_SKIP() << "Xvfb is not installed";
+  server.use();
+  const std::string file = scratch("closed.h5");
+  Program program(node_with_window(file));
+  ASSERT_TRUE(program.says("server: scene"));
+  Display* display = XOpenDisplay(server.display().c_str());
+  ASSERT_NE(display, nullptr);
+  // Escape, over the window, until it has been heard: nobody says when a window is there.
+  XTestFakeMotionEvent(display, -1, 100, 75, 0);
+  const KeyCode escape = XKeysymToKeycode(display, XK_Escape);
+  for (int i = 0; i < 10 && !program.says("the window was closed", 0.1); ++i) {
+    XTestFakeKeyEvent(display, escape, True, 0);
+    XFlush(display);
+    sleep_seconds(0.1);
+    XTestFakeKeyEvent(display, escape, False, 0);
+    XFlush(display);
+  }
+  XCloseDisplay(display);
+  EXPECT_EQ(program.wait(), 0) << program.output();
+  EXPECT_NE(program.output().find("the window was closed; the node goes on without it"),
+            std::string::npos)
+      << program.output();
+  expect_whole(file);
+}
+
+TEST(ViewFailures, AHostThatGoesIsSaidAndTheSpectatorWaitsForIt) {
+  unsetenv("DISPLAY");
+  const std::string a = free_address();
+  Program host(node({"server", "--scene", "plane_single", "--bind", a, "--seconds", "1.5",
+                     "--quiet"}));
+  ASSERT_TRUE(host.says("server: scene"));
+  Program viewer({"view", "--connect", a, "--seconds", "3", "--size", "200x150", "--fps", "20",
+                  "--no-margin"});
+  EXPECT_EQ(host.wait(), 0) << host.output();
+  EXPECT_EQ(viewer.wait(), 0) << viewer.output();
+  EXPECT_NE(viewer.output().find(a + " left the session"), std::string::npos) << viewer.output();
+  EXPECT_NE(viewer.output().find("time is over"), std::string::npos) << viewer.output();
 }
 
 TEST(ViewFailures, NoDisplayOfThatNameIsSaid) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "view/camera.h"
+#include "view/head_tracker.h"
 #include "view/room.h"
 
 namespace tandem::view {
@@ -124,6 +125,20 @@ TEST(Room, FitsAFrameToPairsOfPoints) {
   EXPECT_NEAR(p.y, 2.2, 1e-12);
   EXPECT_NEAR(p.z, 3.4, 1e-12);
   EXPECT_LT(room.worst_residual, 1e-12);
+}
+
+TEST(HeadTracker, ReadsPositionsAndTurns) {
+  const Rigid at = parse_head("0.1, -0.2 ,1.5\n");
+  EXPECT_EQ(at.t.x, 0.1);
+  EXPECT_EQ(at.t.y, -0.2);
+  EXPECT_EQ(at.t.z, 1.5);
+  EXPECT_EQ(at.q.w, 1.0);
+  // A quarter turn around y takes x (from the left to the right eye) to -z.
+  const Vec3 right = parse_head("0 0 0 0.70710678 0 0.70710678 0").q * Vec3{1, 0, 0};
+  EXPECT_NEAR(right.z, -1.0, 1e-7);
+  for (const char* wrong : {"", "1 2", "1 2 3 4", "a b c", "nan 0 0", "1e9 0 0", "0 0 0 1 1 0 0",
+                            "0 0 0 0 0 0 0", "1 2 3 1 0 0 0 9"})
+    EXPECT_THROW((void)parse_head(wrong), std::invalid_argument) << wrong;
 }
 
 TEST(Room, SaysWhatIsWrongWithAFile) {

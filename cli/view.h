@@ -15,7 +15,7 @@ struct WindowArguments {
   double fps = 60.0, seconds = 0.0;
   std::string screenshot, frames;
   bool hidden = false, offscreen = false, no_panels = false, no_labels = false, no_ghosts = false;
-  int samples = 4;
+  int samples = -1;  ///< -1: what suits
   bool stereo = false;
   std::string room, head, head_track, head_udp, eye = "middle";
   std::string camera;

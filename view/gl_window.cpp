@@ -176,4 +176,12 @@ std::string GlWindow::description() const {
   return text(GL_RENDERER) + ", OpenGL " + text(GL_VERSION);
 }
 
+bool GlWindow::in_software() const {
+  const auto* renderer = reinterpret_cast<const char*>(glGetString(GL_RENDERER));
+  const std::string name(renderer == nullptr ? "" : renderer);
+  for (const char* software : {"llvmpipe", "softpipe", "swrast", "SWR"})
+    if (name.find(software) != std::string::npos) return true;
+  return false;
+}
+
 }  // namespace tandem::view

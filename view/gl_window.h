@@ -41,9 +41,11 @@ class GlWindow {
   [[nodiscard]] int height() const;
   [[nodiscard]] double content_scale() const;  ///< pixels per 1/96 inch as the display says
   [[nodiscard]] bool wants_to_close() const;
-  void show();                                    ///< what was drawn
-  void poll();                                    ///< mouse and keys
-  [[nodiscard]] std::string description() const;  ///< renderer and version
+  void show();  ///< what was drawn
+  void poll();  ///< mouse and keys
+  [[nodiscard]] std::string description() const;
+  /// The processor draws, not a graphics card.
+  [[nodiscard]] bool in_software() const;  ///< renderer and version
 
  private:
   void open_window(const Options& options);

@@ -51,7 +51,8 @@ class Viewer {
                  .visible = options.visible,
                  .offscreen = options.offscreen,
                  .on_display_lost = options.on_display_lost}),
-        renderer_(options.samples),
+        renderer_(options.samples.value_or(
+            options.screenshot.empty() && options.frames.empty() && window_.in_software() ? 0 : 4)),
         panels_(window_),
         history_(scene),
         camera_(options.camera.value_or(
@@ -228,8 +229,8 @@ void Viewer::follow_head() {
   } else {
     // A tracker that lost its markers: nothing can be seen from behind the screen.
     options_.room->tracker_from_head = last_head_;
+    if (!report_.head_status.empty()) report_.head_status += '\n';
     report_.head_status +=
-        (report_.head_status.empty() ? "" : "\n") +
         "the tracker puts the head in or behind the screen: it is drawn from where it was";
   }
 }

@@ -36,7 +36,8 @@ struct ViewerOptions {
   std::string frames;      ///< folder for every picture; empty: none
   bool panels = true;
   DrawOptions drawing;
-  int samples = 4;
+  /// A pixel, for smooth edges. None given: 4, but 0 where people look and software draws.
+  std::optional<int> samples;
   bool stereo = false;                                ///< left and right eye side by side
   std::optional<Room> room;                           ///< head-tracked; none: camera on the mouse
   std::function<void(double time, Room&)> move_head;  ///< sets tracker_from_head; empty: it rests

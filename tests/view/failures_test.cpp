@@ -101,8 +101,8 @@ TEST(ViewFailures, TheWindowIsClosedAndTheNodeGoesOn) {
 TEST(ViewFailures, AHostThatGoesIsSaidAndTheSpectatorWaitsForIt) {
   unsetenv("DISPLAY");
   const std::string a = free_address();
-  Program host(node({"server", "--scene", "plane_single", "--bind", a, "--seconds", "1.5",
-                     "--quiet"}));
+  Program host(
+      node({"server", "--scene", "plane_single", "--bind", a, "--seconds", "1.5", "--quiet"}));
   ASSERT_TRUE(host.says("server: scene"));
   Program viewer({"view", "--connect", a, "--seconds", "3", "--size", "200x150", "--fps", "20",
                   "--no-margin"});

@@ -399,14 +399,14 @@ std::string margin_of(const core::Scene& given, double delay_packets) {
     const double radius = radius_at(delay_packets);
     if (!(radius < 1.0))
       return fmt::format("predicted: NOT stable, grows {:.3g}-fold a packet period", radius);
-    std::string text = fmt::format("predicted: stable, spectral radius {:.5f}", radius);
+    std::string text = fmt::format("predicted: stable,\nspectral radius {:.5f}", radius);
     if (scene.architecture == core::Architecture::kSingle) return text;
     constexpr int kMost = 12;
     for (int more = 1; more <= kMost; ++more)
       if (!(radius_at(delay_packets + more) < 1.0))
-        return text +
-               fmt::format("; bears {} more packet periods of round trip, not {}", more - 1, more);
-    return text + fmt::format("; bears {} more packet periods of round trip", kMost);
+        return text + fmt::format(";\nbears {} more packet periods\nof round trip, not {}",
+                                  more - 1, more);
+    return text + fmt::format(";\nbears {} more packet periods\nof round trip", kMost);
   } catch (const std::exception& e) {
     return std::string("stability not predicted: ") + e.what();
   }

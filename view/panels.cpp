@@ -192,9 +192,12 @@ void Panels::plots(const History& history, const PanelText& text) {
   ImGui::SetNextWindowPos({static_cast<float>(width_) - 8.0f * s, 8.0f * s}, 0, {1.0f, 0.0f});
   ImGui::Begin("notes", nullptr, kFixed | ImGuiWindowFlags_AlwaysAutoResize);
   ImGui::TextUnformatted(text.legend.c_str());
-  ImGui::TextDisabled("%s", text.status.c_str());
-  for (const std::string& line : history.news)
-    ImGui::TextColored({0.72f, 0.20f, 0.12f, 1.0f}, "%s", line.c_str());
+  if (!text.status.empty()) ImGui::TextDisabled("%s", text.status.c_str());
+  ImGui::PushStyleColor(ImGuiCol_Text, {0.72f, 0.20f, 0.12f, 1.0f});
+  ImGui::PushTextWrapPos(320.0f * s);
+  for (const std::string& line : history.news) ImGui::TextUnformatted(line.c_str());
+  ImGui::PopTextWrapPos();
+  ImGui::PopStyleColor();
   ImGui::End();
 }
 

@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
+#include <fstream>
 #include <thread>
 
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
 
 #include "net/datagram.h"
 #include "net/udp_socket.h"
@@ -199,6 +202,28 @@ TEST(SpectatorOverUdp, AtAServerSeesTheHandsOfItsClients) {
   expect_all_hands(seen);
   EXPECT_EQ(client.wait(), 0) << client.output();
   EXPECT_EQ(server.wait(), 0) << server.output();
+}
+
+// A client is told only of the objects: its window asks the server for the rest.
+TEST(SpectatorOverUdp, AClientsWindowShowsTheHandsOfTheOthers) {
+  const std::string a = free_address(), json = scratch("client.json");
+  unsetenv("DISPLAY");
+  Program server(
+      node({"server", "--scene", "box_central", "--bind", a, "--seconds", "4", "--quiet"}));
+  ASSERT_TRUE(server.says("server: scene")) << server.output();
+  Program client(
+      node({"client", a, "--scene", "box_central", "--user", "2", "--seconds", "2.5", "--view",
+            "--view-size", "200x150", "--view-fps", "10", "--json", json, "--quiet"}));
+  EXPECT_EQ(client.wait(), 0) << client.output();
+  server.signal(SIGTERM);
+  (void)server.wait();
+  std::ifstream file(json);
+  const nlohmann::json users = nlohmann::json::parse(file)["window"]["users"];
+  ASSERT_EQ(users.size(), 2u);
+  EXPECT_EQ(users[0]["name"], "1");
+  // 2.5 packets of buffer at 128 a second, and on this computer next to nothing on the way.
+  EXPECT_GE(users[0]["age_ms"].get<double>(), 19.5);
+  EXPECT_LT(users[0]["fingers"][0]["position"][0].get<double>(), -0.015);
 }
 
 }  // namespace

@@ -51,7 +51,7 @@ class History {
   void add(const Snapshot& s) {
     const double t = s.time;
     const Site& own = s.sites[static_cast<std::size_t>(s.own)];
-    double widest = 0.0;
+    double widest = -1.0;  // there is no other copy
     for (int i = 0; i < kSites; ++i) {
       const Site& site = s.sites[static_cast<std::size_t>(i)];
       if (i != s.own && site.has_objects && own.has_objects)
@@ -70,7 +70,7 @@ class History {
     if (own.has_objects)
       for (int a = 0; a < 3; ++a)
         position[static_cast<std::size_t>(a)].add(t, 1e3 * own.objects[0].p[a], kSpan);
-    gap[0].add(t, 1e3 * widest, kSpan);
+    if (widest >= 0.0) gap[0].add(t, 1e3 * widest, kSpan);
     lateness[0].add(t, 1e6 * s.lateness, kSpan);
     note_faults(s);
     note_silence(s);

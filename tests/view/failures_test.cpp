@@ -102,9 +102,9 @@ TEST(ViewFailures, AHostThatGoesIsSaidAndTheSpectatorWaitsForIt) {
   unsetenv("DISPLAY");
   const std::string a = free_address();
   Program host(
-      node({"server", "--scene", "plane_single", "--bind", a, "--seconds", "1.5", "--quiet"}));
+      node({"server", "--scene", "plane_single", "--bind", a, "--seconds", "1", "--quiet"}));
   ASSERT_TRUE(host.says("server: scene"));
-  Program viewer({"view", "--connect", a, "--seconds", "3", "--size", "200x150", "--fps", "20",
+  Program viewer({"view", "--connect", a, "--seconds", "2", "--size", "200x150", "--fps", "20",
                   "--no-margin"});
   EXPECT_EQ(host.wait(), 0) << host.output();
   EXPECT_EQ(viewer.wait(), 0) << viewer.output();

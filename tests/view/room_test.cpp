@@ -30,7 +30,7 @@ TEST(RoomThroughTheProgram, ATrackersDatagramsMoveTheEye) {
     "tracker_from_head": {"translation": [-1, 0, 1.5]}})");
   const std::string tracker = free_address(), json = scratch("eye.json");
   unsetenv("DISPLAY");
-  Program program({"view", "--scene", "plane_single", "--seconds", "2.5", "--size", "200x150",
+  Program program({"view", "--scene", "plane_single", "--seconds", "1.5", "--size", "200x150",
                    "--fps", "15", "--no-margin", "--room", room, "--head-udp", tracker, "--json",
                    json});
   net::UdpLink from("127.0.0.1:0");

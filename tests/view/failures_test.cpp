@@ -1,9 +1,11 @@
-#include <X11/Xlib.h>
-#include <X11/extensions/XTest.h>
-#include <X11/keysym.h>
 #include <cstdlib>
 
 #include <gtest/gtest.h>
+
+// After GoogleTest, which has a type None; X makes that a number.
+#include <X11/Xlib.h>
+#include <X11/extensions/XTest.h>
+#include <X11/keysym.h>
 
 #include "recording/recording_reader.h"
 #include "tests/system/program.h"

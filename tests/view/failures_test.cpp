@@ -59,20 +59,6 @@ TEST(ViewFailures, ADisplayWithoutOpenGlIsSaidAndTheNodeGoesOn) {
   expect_whole(file);
 }
 
-// A driver that offers 3.3 and does not take its shaders: Mesa told to know GLSL 1.40 only.
-TEST(ViewFailures, AShaderThatDoesNotCompileIsSaidAndTheNodeGoesOn) {
-  unsetenv("DISPLAY");
-  const std::string file = scratch("shader.h5");
-  setenv("MESA_GLSL_VERSION_OVERRIDE", "140", 1);
-  Program program(node_with_window(file));
-  unsetenv("MESA_GLSL_VERSION_OVERRIDE");
-  EXPECT_EQ(program.wait(), 0) << program.output();
-  EXPECT_NE(program.output().find("does not take the vertex shader \"solid\""), std::string::npos)
-      << program.output();
-  EXPECT_NE(program.output().find("the node goes on without it"), std::string::npos);
-  expect_whole(file);
-}
-
 TEST(ViewFailures, TheWindowIsClosedAndTheNodeGoesOn) {
   XServer server;
   if (!server.runs()) GTEST_SKIP() << "Xvfb is not installed";
@@ -98,20 +84,6 @@ TEST(ViewFailures, TheWindowIsClosedAndTheNodeGoesOn) {
             std::string::npos)
       << program.output();
   expect_whole(file);
-}
-
-TEST(ViewFailures, AHostThatGoesIsSaidAndTheSpectatorWaitsForIt) {
-  unsetenv("DISPLAY");
-  const std::string a = free_address();
-  Program host(
-      node({"server", "--scene", "plane_single", "--bind", a, "--seconds", "1", "--quiet"}));
-  ASSERT_TRUE(host.says("server: scene"));
-  Program viewer({"view", "--connect", a, "--seconds", "2", "--size", "200x150", "--fps", "20",
-                  "--no-margin"});
-  EXPECT_EQ(host.wait(), 0) << host.output();
-  EXPECT_EQ(viewer.wait(), 0) << viewer.output();
-  EXPECT_NE(viewer.output().find(a + " left the session"), std::string::npos) << viewer.output();
-  EXPECT_NE(viewer.output().find("time is over"), std::string::npos) << viewer.output();
 }
 
 TEST(ViewFailures, NoDisplayOfThatNameIsSaid) {

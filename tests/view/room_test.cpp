@@ -72,13 +72,14 @@ TEST(RoomThroughTheProgram, ARecordedDeviceIsBroughtIntoTheSceneByItsFrame) {
   recording::RecordingReader reader(file);
   const auto ticks = reader.ticks(reader.tick_count() - 1, 1);
   ASSERT_EQ(ticks.size(), 1u);
-  // Home: examples/scenes/plane_single.scene has its finger a at (-0.035, 0).
+  // To a step of the scene's encoder, 10 um. Home: examples/scenes/plane_single.scene has its
+  // finger a at (-0.035, 0).
   const double x = -0.035 + 0.003, y = 0.004;
-  EXPECT_NEAR(ticks[0].hands[0].position.x, 0.01 - y, 1e-9);
-  EXPECT_NEAR(ticks[0].hands[0].position.y, 0.02 + x, 1e-9);
+  EXPECT_NEAR(ticks[0].hands[0].position.x, 0.01 - y, 1.001e-5);
+  EXPECT_NEAR(ticks[0].hands[0].position.y, 0.02 + x, 1.001e-5);
   // The other finger has no frame.
-  EXPECT_NEAR(ticks[0].hands[1].position.x, 0.035 + 0.003, 1e-9);
-  EXPECT_NEAR(ticks[0].hands[1].position.y, 0.004, 1e-9);
+  EXPECT_NEAR(ticks[0].hands[1].position.x, 0.035 + 0.003, 1.001e-5);
+  EXPECT_NEAR(ticks[0].hands[1].position.y, 0.004, 1.001e-5);
 }
 
 TEST(RoomThroughTheProgram, AFrameOfADeviceNobodyHasIsRefused) {

@@ -131,11 +131,14 @@ node::NodeReport run(node::SessionSetup& setup, net::PeerLink& link) {
   return node::run_site(*site, setup, link);
 }
 
-net::PeerLinkOptions link_options(const core::Scene& scene, const node::NodeOptions& options) {
+/// `given`: the scene as it was written, which is what others are told: in `scene` the one user of
+/// a SINGLE scene is marked as local, which such a scene must not say.
+net::PeerLinkOptions link_options(const core::Scene& scene, const core::Scene& given,
+                                  const node::NodeOptions& options) {
   net::HostOptions host;
   host.own_sender = core::kServerSender;
   host.scene_hash = scene::shared_hash(scene);
-  host.scene_text = scene::to_text(scene);
+  host.scene_text = scene::to_text(given);
   host.packet_hz = scene.rates.packet_hz;
   host.program_version = options.program_version;
   for (const core::UserParameters& user : scene.users) {
@@ -172,7 +175,7 @@ node::NodeReport run_server(const core::Scene& given, const node::NodeOptions& o
   for (std::size_t u = 0; u < scene.users.size(); ++u)
     if (!scene.users[u].local) setup.peers.push_back(static_cast<std::uint32_t>(u));
 
-  net::PeerLink link(link_options(scene, options));
+  net::PeerLink link(link_options(scene, given, options));
   return core::with_world(scene, [&]<typename World>(World) { return run<World>(setup, link); });
 }
 

@@ -41,11 +41,10 @@ class GlWindow {
   [[nodiscard]] int height() const;
   [[nodiscard]] double content_scale() const;  ///< pixels per 1/96 inch as the display says
   [[nodiscard]] bool wants_to_close() const;
-  void show();  ///< what was drawn
-  void poll();  ///< mouse and keys
-  [[nodiscard]] std::string description() const;
-  /// The processor draws, not a graphics card.
-  [[nodiscard]] bool in_software() const;  ///< renderer and version
+  void show();                                    ///< what was drawn
+  void poll();                                    ///< mouse and keys
+  [[nodiscard]] std::string description() const;  ///< renderer and version
+  [[nodiscard]] bool in_software() const;         ///< the processor draws, not a graphics card
 
  private:
   void open_window(const Options& options);

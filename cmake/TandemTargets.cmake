@@ -47,7 +47,7 @@ function(tandem_add_library name)
   target_link_libraries(tandem_${name} PUBLIC ${arg_LINK}
     PRIVATE $<BUILD_INTERFACE:tandem_options> ${arg_PRIVATE_LINK})
   target_compile_features(tandem_${name} PUBLIC cxx_std_20)
-  # The laws are templates in headers: whoever includes them needs this for the same bits.
+  # The worlds are templates in headers: whoever includes them needs this for the same bits.
   target_compile_options(tandem_${name} PUBLIC -ffp-contract=off)
   set_target_properties(tandem_${name} PROPERTIES
     EXPORT_NAME ${name} LINKER_LANGUAGE CXX VERIFY_INTERFACE_HEADER_SETS ON CXX_EXTENSIONS OFF)
@@ -129,9 +129,8 @@ endfunction()
 
 # tandem_add_program_at(<name> FLAGS ... SOURCES ... LINK ...)
 # One small program whose own sources are compiled with other flags than the build's: FLAGS come
-# last, so `-O0` or `-O3 -march=native` win over the build type. The laws are header templates, so
-# what the sources instantiate is compiled with FLAGS; pass the .cpp files with explicit
-# instantiations as SOURCES too where they matter.
+# last, so `-O0` or `-O3 -march=native` win over the build type. Laws and loops are instantiated in
+# .cpp files: pass those as SOURCES too where they matter.
 function(tandem_add_program_at name)
   cmake_parse_arguments(arg "" "" "FLAGS;SOURCES;LINK" ${ARGN})
   add_executable(${name} ${arg_SOURCES})

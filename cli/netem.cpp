@@ -39,7 +39,7 @@ volatile std::sig_atomic_t netem_interrupted = 0;
 /// A line that fills, on a terminal; says how long it may still take.
 class Progress {
  public:
-  explicit Progress(std::string name) : name_(std::move(name)) {
+  Progress(std::string name, std::string unit) : name_(std::move(name)), unit_(std::move(unit)) {
     terminal_ = harness::on_terminal();
     before_ = std::signal(SIGINT, [](int) { netem_interrupted = 1; });
   }
@@ -47,13 +47,13 @@ class Progress {
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  bool operator()(int done, int all) const {
+  bool operator()(int done, int all, const std::string& doing = {}) const {
     if (terminal_) {
-      constexpr int kWidth = 40;
+      constexpr int kWidth = 30;
       const int full = all > 0 ? kWidth * done / all : kWidth;
       const double spent = std::chrono::duration<double>(Clock::now() - start_).count();
-      fmt::print(stderr, "\r{:8} [{:#>{}}{:.>{}}] {}/{} points, {:.0f} s{}", name_, "", full, "",
-                 kWidth - full, done, all, spent, done == all ? "\n" : "");
+      fmt::print(stderr, "\r\033[K{:8} [{:#>{}}{:.>{}}] {}/{} {}, {:.0f} s  {:.40}{}", name_, "",
+                 full, "", kWidth - full, done, all, unit_, spent, doing, done == all ? "\n" : "");
       std::fflush(stderr);
     }
     return netem_interrupted == 0;
@@ -61,7 +61,7 @@ class Progress {
 
  private:
   using Clock = std::chrono::steady_clock;
-  std::string name_;
+  std::string name_, unit_;
   bool terminal_ = false;
   Clock::time_point start_ = Clock::now();
   void (*before_)(int) = SIG_DFL;
@@ -101,8 +101,9 @@ SweepRun run_one(const NetemOptions& o, const std::string& name) {
   run.sweep = load(o, name);
   run.seed = o.seed;
   run.real = !o.virtual_time;
-  const Progress progress(name);
-  const auto report = [&](int done, int all) { return progress(done, all); };
+  const Progress progress(name, o.virtual_time ? "points" : "sessions");
+  if (run.sweep.name == "thesis" || run.sweep.name == "delay")
+    run.boundaries = delay_boundaries(o.quick);
   try {
     if (o.virtual_time) {
       harness::VirtualOptions options;
@@ -110,17 +111,17 @@ SweepRun run_one(const NetemOptions& o, const std::string& name) {
       options.search = !o.no_search;
       options.threads = o.threads;
       options.seconds = o.seconds > 0.0 ? o.seconds : o.quick ? 10.0 : 20.0;
-      run.results = harness::run_virtual_sweep(run.sweep, options, report);
+      run.results = harness::run_virtual_sweep(run.sweep, options, progress);
     } else {
-      run.results = run_real(run.sweep, o.real, report);
+      RealRun real = run_real(run.sweep, o.real, run.boundaries, progress);
+      run.results = std::move(real.results);
+      run.left_out = std::move(real.left_out);
       run.setting = real_setting();
     }
   } catch (const std::runtime_error&) {
     if (netem_interrupted == 0) throw;
     throw Failed("stopped; nothing is written");
   }
-  if (o.virtual_time && (run.sweep.name == "thesis" || run.sweep.name == "delay"))
-    run.boundaries = delay_boundaries(o.quick);
   run.wall_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return run;
@@ -191,7 +192,8 @@ void add_netem(CLI::App& app) {
   command
       ->add_option(
           "--sweep", o->sweep,
-          "thesis, rate, delay, jitter, loss, users, all (with --virtual), or a sweep file")
+          "thesis, rate, delay, jitter, loss, users, conditions, all (with --virtual), or a "
+          "sweep file")
       ->capture_default_str();
   command->add_flag("--virtual", o->virtual_time, "in virtual time, from --seed");
   command->add_flag("--quick", o->quick, "a few points only");

@@ -97,6 +97,21 @@ harness::Sweep thinned(harness::Sweep sweep) {
   return sweep;
 }
 
+/// Without the points of more users than one processor can run as nodes.
+harness::Sweep as_carried(harness::Sweep sweep, std::vector<std::string>& left_out) {
+  constexpr std::size_t kMostUsers = 4;
+  std::vector<harness::SweepPoint> points;
+  for (harness::SweepPoint& point : sweep.points)
+    if (point.scene.users.size() <= kMostUsers)
+      points.push_back(std::move(point));
+    else
+      left_out.push_back(fmt::format("{}: {} users; sockets on one machine carry {}", point.name,
+                                     point.scene.users.size(), kMostUsers));
+  if (points.empty() && !left_out.empty()) throw Failed(left_out.front());
+  sweep.points = std::move(points);
+  return sweep;
+}
+
 }  // namespace
 
 void add_real_options(CLI::App& command, RealRequest& request) {
@@ -136,8 +151,9 @@ std::optional<int> run_elsewhere(const RealRequest&) {
   return harness::run_in_guest(place.guest, own_command_line());
 }
 
-std::vector<harness::PointResult> run_real(const harness::Sweep& sweep, const RealRequest& request,
-                                           const std::function<bool(int, int)>& progress) {
+RealRun run_real(const harness::Sweep& sweep, const RealRequest& request,
+                 std::vector<harness::DelayBoundary>& boundaries,
+                 const std::function<bool(int, int, const std::string&)>& progress) {
   harness::Caretaker& caretaker = harness::Caretaker::instance();
   caretaker.listen();
   harness::RealOptions options;
@@ -145,15 +161,19 @@ std::vector<harness::PointResult> run_real(const harness::Sweep& sweep, const Re
   options.name = request.name.empty() ? harness::own_network_name() : request.name;
   options.folder = request.folder;
   options.at_once = request.at_once;
-  options.carry = !request.quick;
-  auto results = harness::run_real_sweep(request.quick ? thinned(sweep) : sweep, options,
-                                         [&](int done, int all, const std::string& doing) {
-                                           if (harness::on_terminal() && !doing.empty())
-                                             fmt::print(stderr, "\r\033[K{}\n", doing);
-                                           if (!progress(done, all)) throw harness::Interrupted();
-                                         });
+  options.most_nodes = 2 * request.at_once;
+  const harness::RealProgress report = [&](int done, int all, const std::string& doing) {
+    if (!progress(done, all, doing)) throw harness::Interrupted();
+  };
+  RealRun run;
+  const harness::Sweep carried = as_carried(sweep, run.left_out);
+  run.results =
+      harness::run_real_sweep(request.quick ? thinned(carried) : carried, options, report);
+  constexpr double kSeconds = 5.0;
+  if (!boundaries.empty())
+    harness::find_real_boundaries(boundaries, options, kSeconds, request.quick, report);
   caretaker.forget();
-  return results;
+  return run;
 }
 
 std::string real_setting() {

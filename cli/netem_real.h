@@ -19,7 +19,7 @@ struct RealRequest {
   bool check = false, clean = false;
   std::string name;                     ///< of the namespaces; empty: tandem-<pid>
   std::string folder = "tandem-netem";  ///< recordings and reports of the nodes
-  int at_once = 2;
+  int at_once = 3;
 };
 
 void add_real_options(CLI::App& command, RealRequest& request);
@@ -30,11 +30,17 @@ void add_real_options(CLI::App& command, RealRequest& request);
 /// Exit status of the same command run where netem is, if it is not here; empty: go on here.
 [[nodiscard]] std::optional<int> run_elsewhere(const RealRequest& request);
 
-/// Every point on real sockets; a point that fails is marked and the sweep goes on.
-/// `progress(done, all)` false: stops.
-[[nodiscard]] std::vector<harness::PointResult> run_real(
-    const harness::Sweep& sweep, const RealRequest& request,
-    const std::function<bool(int, int)>& progress);
+/// A sweep's points on real sockets.
+struct RealRun {
+  std::vector<harness::PointResult> results;
+  std::vector<std::string> left_out;  ///< points that were not run, and why
+};
+
+/// A point that fails is marked and the sweep goes on. `boundaries` have what analysis says, and
+/// get what sockets say. `progress(done, all, doing)` false: stops.
+[[nodiscard]] RealRun run_real(const harness::Sweep& sweep, const RealRequest& request,
+                               std::vector<harness::DelayBoundary>& boundaries,
+                               const std::function<bool(int, int, const std::string&)>& progress);
 
 /// Machine and what real-time setting was granted, for the report.
 [[nodiscard]] std::string real_setting();

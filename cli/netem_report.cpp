@@ -6,6 +6,7 @@
 #include <ctime>
 #include <filesystem>
 #include <fstream>
+#include <set>
 #include <sys/utsname.h>
 #include <thread>
 #include <unistd.h>
@@ -41,6 +42,57 @@ ordered_json stability_json(const harness::Stability& s) {
   return out;
 }
 
+ordered_json twin_json(const harness::VirtualTwin& t) {
+  ordered_json out{{"judged", t.judged}, {"stable", t.stable}, {"near_boundary", t.near_boundary}};
+  if (std::isfinite(t.drag)) out["drag_n_s_per_m"] = t.drag;
+  return out;
+}
+
+ordered_json try_json(const harness::BoundaryTry& t) {
+  ordered_json out = stability_json(t.stability);
+  out["coupling_over_that_of_its_own_delays"] = number_or_word(t.ratio);
+  out["virtual_time"] = twin_json(t.twin);
+  return out;
+}
+
+ordered_json seen_json(const harness::SeenLink& l) {
+  ordered_json out{{"from", l.from},
+                   {"to", l.to},
+                   {"set", l.set},
+                   {"delay_p50_s", number(l.delay_p50)},
+                   {"delay_p50_expected_s", l.expected.delay_p50},
+                   {"delay_sd_s", number(l.delay_sd)},
+                   {"delay_sd_expected_s", l.expected.delay_sd},
+                   {"loss", number(l.loss)},
+                   {"loss_expected", l.expected.loss},
+                   {"loss_interval", 3.3 * l.expected.loss_sd},
+                   {"sent", l.sent},
+                   {"lost", l.lost},
+                   {"duplicates", l.duplicates},
+                   {"duplicates_expected", l.expected.duplicates},
+                   {"reordered", l.reordered},
+                   {"reordered_expected", l.expected.reordered},
+                   {"out_of_bounds", harness::out_of_bounds(l)},
+                   {"delay_ticks", number(l.delay_ticks)},
+                   {"phase_ticks", number(l.phase_ticks)},
+                   {"used_share", number(l.used_share)}};
+  if (l.rate_set > 0.0) out["rate_bit_per_s"] = {{"set", l.rate_set}, {"seen", l.rate_seen}};
+  return out;
+}
+
+/// Conditions whose probe was out of its bounds, each once.
+std::vector<std::string> not_as_set(const std::vector<PointResult>& results, int& probed) {
+  std::vector<std::string> out;
+  std::set<std::string> known;
+  for (const PointResult& r : results)
+    for (const harness::SeenLink& l : r.seen) {
+      if (l.sent <= 0 || !known.insert(l.set).second) continue;
+      for (const std::string& what : harness::out_of_bounds(l)) out.push_back(l.set + ": " + what);
+    }
+  probed = static_cast<int>(known.size());
+  return out;
+}
+
 ordered_json prediction_json(const harness::Prediction& p) {
   ordered_json out;
   out["judged"] = p.judged;
@@ -61,8 +113,8 @@ ordered_json measures_json(const PointResult& r) {
   ordered_json out;
   out["stability"] = stability_json(m.stability);
   out["largest_coupling_n_per_m"] = number_or_word(r.largest_coupling);
-  if (r.tried_below) out["at_0.9_of_predicted"] = stability_json(r.below);
-  if (r.tried_above) out["at_1.1_of_predicted"] = stability_json(r.above);
+  if (r.below.done) out["at_0.9_of_predicted"] = try_json(r.below);
+  if (r.above.done) out["at_1.1_of_predicted"] = try_json(r.above);
   out["drag_n_s_per_m"] = number(m.drag);
   out["drag_settled"] = m.drag_settled;
   out["rendered_stiffness_n_per_m"] = number(m.rendered_stiffness);
@@ -126,15 +178,54 @@ double most_of(const PointResult& r, double harness::SiteMeasures::*what) {
   return most;
 }
 
-std::string cell(double x, int digits = 3) {
+std::string cell(double x, int digits = 3);
+
+/// Every condition once: what was set and what probe saw.
+std::string seen_text(const std::vector<PointResult>& results) {
+  std::string text = fmt::format("  {:44} {:>15} {:>15} {:>15} {:>13}\n", "network as set",
+                                 "delay p50 [ms]", "sd [ms]", "loss [%]", "rate [kbit/s]");
+  text += fmt::format("  {:44} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>6} {:>6}\n", "", "set",
+                      "seen", "set", "seen", "set", "seen", "set", "seen");
+  std::set<std::string> known;
+  for (const PointResult& r : results)
+    for (const harness::SeenLink& l : r.seen) {
+      if (l.sent <= 0 || !known.insert(l.set).second) continue;
+      const auto& e = l.expected;
+      text += fmt::format("  {:44} {:>7} {:>7} {:>7} {:>7} {:>7} {:>7} {:>6} {:>6}", l.set,
+                          cell(1e3 * e.delay_p50, 4), cell(1e3 * l.delay_p50, 4),
+                          cell(1e3 * e.delay_sd), cell(1e3 * l.delay_sd), cell(100.0 * e.loss),
+                          cell(100.0 * l.loss), l.rate_set > 0.0 ? cell(1e-3 * l.rate_set, 4) : "-",
+                          l.rate_set > 0.0 ? cell(1e-3 * l.rate_seen, 4) : "-");
+      if (e.duplicates > 0.0)
+        text +=
+            fmt::format("  duplicates {:.3g} %, seen {:.3g} %", 100.0 * e.duplicates,
+                        100.0 * static_cast<double>(l.duplicates) / static_cast<double>(l.sent));
+      if (e.reordered > 0.0)
+        text += fmt::format("  overtaken {:.3g} %, seen {:.3g} %", 100.0 * e.reordered,
+                            100.0 * static_cast<double>(l.reordered) / static_cast<double>(l.sent));
+      for (const std::string& what : harness::out_of_bounds(l))
+        text += "\n      OUT OF BOUNDS: " + what;
+      text += "\n";
+    }
+  return text;
+}
+
+std::string cell(double x, int digits) {
   if (std::abs(x) < 1e-9) x = 0.0;  // rounding has a sign
   return std::isnan(x) ? "-" : std::isinf(x) ? "inf" : fmt::format("{:.{}g}", x, digits);
 }
 
 }  // namespace
 
+std::vector<harness::Disagreement> disagreements_of(const SweepRun& run) {
+  std::vector<harness::Disagreement> found = harness::disagreements(run.results);
+  const auto more = harness::disagreements(run.boundaries);
+  found.insert(found.end(), more.begin(), more.end());
+  return found;
+}
+
 ordered_json to_json(const SweepRun& run) {
-  const auto found = harness::disagreements(run.results);
+  const auto found = disagreements_of(run);
   ordered_json json;
   json["sweep"] = run.sweep.name;
   json["title"] = run.sweep.title;
@@ -157,6 +248,15 @@ ordered_json to_json(const SweepRun& run) {
   json["disagreement_list"] = ordered_json::array();
   for (const auto& d : found)
     json["disagreement_list"].push_back({{"point", d.point}, {"what", d.what}, {"exact", d.exact}});
+  const harness::Comparisons compared = harness::comparisons(run.results);
+  json["verdicts_compared"] = {{"with_analysis", compared.with_analysis},
+                               {"with_virtual_time", compared.with_virtual_time},
+                               {"near_boundary", compared.near_boundary}};
+  int probed = 0;
+  const std::vector<std::string> not_set = not_as_set(run.results, probed);
+  json["conditions_probed"] = probed;
+  json["conditions_not_as_set"] = not_set;
+  json["left_out"] = run.left_out;
   json["statement"] = harness::statement(run.results);
   json["seed"] = run.seed;
   json["wall_s"] = run.wall_seconds;
@@ -172,7 +272,8 @@ ordered_json to_json(const SweepRun& run) {
                                         {"predicted_s", number_or_word(b.predicted)},
                                         {"virtual_s", number_or_word(b.in_virtual_time)},
                                         {"real_stable_s", number_or_word(b.real_stable)},
-                                        {"real_not_stable_s", number_or_word(b.real_not_stable)}});
+                                        {"real_not_stable_s", number_or_word(b.real_not_stable)},
+                                        {"failed", b.failure}});
   json["results"] = ordered_json::array();
   for (const PointResult& r : run.results) {
     ordered_json p;
@@ -190,20 +291,15 @@ ordered_json to_json(const SweepRun& run) {
     p["coupling_name"] = harness::coupling_name(r.point.scene);
     p["coupling_n_per_m"] = number(r.prediction.coupling);
     if (r.failed) p["failed"] = r.log;
+    if (!r.failed && !r.log.empty()) p["log"] = r.log;
     p["predicted"] = prediction_json(r.prediction);
     p["measured"] = measures_json(r);
     p["seen"] = ordered_json::array();
-    for (const auto& l : r.seen)
-      p["seen"].push_back({{"from", l.from},
-                           {"to", l.to},
-                           {"set", l.set},
-                           {"delay_p50_s", number(l.delay_p50)},
-                           {"delay_sd_s", number(l.delay_sd)},
-                           {"loss", number(l.loss)},
-                           {"sent", l.sent},
-                           {"lost", l.lost},
-                           {"delay_ticks", number(l.delay_ticks)},
-                           {"phase_ticks", number(l.phase_ticks)}});
+    for (const auto& l : r.seen) p["seen"].push_back(seen_json(l));
+    if (r.real) {
+      p["virtual_time_over_recorded_packets"] = twin_json(r.twin);
+      p["missed_ticks_share"] = number(r.missed_share);
+    }
     p["wall_s"] = r.wall_seconds;
     p["session_s"] = r.session_seconds;
     json["results"].push_back(std::move(p));
@@ -268,14 +364,28 @@ std::string to_text(const SweepRun& run) {
         cell(1e3 * r.measures.gap_rms));
   }
   text += "  ~: within 10 % of the boundary in coupling or delay\n";
-  for (const auto& b : run.boundaries)
+  for (const auto& b : run.boundaries) {
     text += fmt::format(
-        "  {}: stable below a one-way delay of {} ms by analysis, {} ms in virtual time\n", b.scene,
+        "  {}: stable below a one-way delay of {} ms by analysis, {} ms in virtual time", b.scene,
         cell(1e3 * b.predicted, 4), cell(1e3 * b.in_virtual_time, 4));
+    if (run.real)
+      text += fmt::format("; on sockets stable up to {} ms, not at {} ms",
+                          cell(1e3 * b.real_stable, 4), cell(1e3 * b.real_not_stable, 4));
+    text += b.failure.empty() ? "\n" : "; failed: " + b.failure;
+  }
   for (const std::string& sentence : harness::statement(run.results))
     text += "  " + sentence + "\n";
-  const auto found = harness::disagreements(run.results);
+  if (run.real) text += seen_text(run.results);
+  const auto found = disagreements_of(run);
   const auto exact = std::count_if(found.begin(), found.end(), [](auto& d) { return d.exact; });
+  for (const std::string& name : run.left_out) text += "  left out: " + name + "\n";
+  if (run.real) {
+    const harness::Comparisons c = harness::comparisons(run.results);
+    text += fmt::format(
+        "  verdicts compared: {} with the analysis, {} with virtual time; {} too near the "
+        "boundary\n",
+        c.with_analysis, c.with_virtual_time, c.near_boundary);
+  }
   text += fmt::format("  {} points, {} disagreements", run.results.size(), exact);
   if (exact != static_cast<std::ptrdiff_t>(found.size()))
     text += fmt::format(

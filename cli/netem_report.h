@@ -18,7 +18,8 @@ struct SweepRun {
   bool real = false;
   std::uint64_t seed = 1;
   double wall_seconds = 0.0;
-  std::string setting;  ///< what was granted (real)
+  std::string setting;                ///< what was granted (real)
+  std::vector<std::string> left_out;  ///< points that this machine does not carry (real), why
 };
 
 /// [points], [disagreements] and all that was measured and predicted.

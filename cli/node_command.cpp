@@ -68,8 +68,9 @@ void NodeArguments::add(CLI::App& command) {
   command
       .add_option("--on-unstable", on_unstable,
                   "when the measured delay leaves the region where the scene is predicted to be "
-                  "stable: refuse (let go of the others, end) or warn")
-      ->check(CLI::IsMember({"refuse", "warn"}))
+                  "stable: refuse (let go of the others, end), warn, or ignore (nothing is "
+                  "predicted)")
+      ->check(CLI::IsMember({"refuse", "warn", "ignore"}))
       ->capture_default_str();
   command.add_flag("--without-silence", without_silence,
                    "run a scene without `silence` too: the force of a peer that dies stays on");
@@ -107,6 +108,7 @@ node::NodeOptions NodeArguments::options(const std::string& bind) const {
 }
 
 node::GuardMaker NodeArguments::guard(const core::Scene* scene) const {
+  if (on_unstable == "ignore") return {};
   return guard_maker(on_unstable == "refuse", scene);
 }
 

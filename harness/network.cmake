@@ -13,6 +13,7 @@ tandem_add_library(harness_network
     real_network.h
     real_sweep.h
     recorded_session.h
+    session_batches.h
   SOURCES
     caretaker.cpp
     child.cpp
@@ -23,5 +24,6 @@ tandem_add_library(harness_network
     real_network.cpp
     real_sweep.cpp
     recorded_session.cpp
+    session_batches.cpp
   LINK tandem::core tandem::harness nlohmann_json::nlohmann_json
   PRIVATE_LINK tandem::recording tandem::scene fmt::fmt Threads::Threads)

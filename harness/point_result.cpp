@@ -10,6 +10,62 @@ namespace {
 
 const char* side(bool stable) { return stable ? "stable" : "not stable"; }
 
+std::string measured(const Stability& s) {
+  return std::string(side(s.stable)) + (s.reason.empty() ? "" : ": " + s.reason);
+}
+
+constexpr double kNear = 0.1;    // of the boundary in coupling
+constexpr double kExact = 1e-3;  // to which it is found
+
+/// A session at `factor` times the largest coupling that was predicted for the delays of another
+/// one; virtual time has no other.
+struct Side {
+  bool known = false, stable = false;
+};
+Side expected_side(const BoundaryTry& t, double factor) {
+  const double ratio = std::isnan(t.ratio) ? factor : t.ratio;
+  if (ratio <= (1.0 - kNear) * (1.0 + kExact)) return {true, true};
+  if (ratio >= (1.0 + kNear) * (1.0 - kExact)) return {true, false};
+  return {};
+}
+
+/// Calls `say(exact, what)` for what does not agree, and counts.
+template <typename Say>
+void compare(const PointResult& r, Comparisons& count, Say&& say) {
+  const Prediction& p = r.prediction;
+  const auto with_analysis = [&](const Stability& s, Side expected, const std::string& what) {
+    if (!p.judged || !s.judged) return;
+    if (!expected.known) {
+      ++count.near_boundary;
+      return;
+    }
+    ++count.with_analysis;
+    if (s.stable != expected.stable) say(p.exact, what + measured(s));
+  };
+  const auto with_twin = [&](const Stability& s, const VirtualTwin& t, const std::string& what) {
+    if (!t.judged || !s.judged || t.near_boundary) return;
+    ++count.with_virtual_time;
+    if (s.stable != t.stable)
+      say(true, fmt::format("{}virtual time over the recorded packets {}, sockets {}", what,
+                            side(t.stable), measured(s)));
+  };
+  const Stability& s = r.measures.stability;
+  with_analysis(s, {!p.near_boundary, p.stable},
+                fmt::format("stability: predicted {} ({:.6f} a packet), measured ", side(p.stable),
+                            p.growth_per_packet));
+  with_twin(s, r.twin, "");
+  for (const bool above : {false, true}) {
+    const BoundaryTry& t = above ? r.above : r.below;
+    if (!t.done) continue;
+    const double factor = above ? 1.1 : 0.9;
+    const std::string what = fmt::format("at {} of the predicted largest coupling: ", factor);
+    const Side expected = expected_side(t, factor);
+    with_analysis(t.stability, expected,
+                  fmt::format("{}expected {}, measured ", what, side(expected.stable)));
+    with_twin(t.stability, t.twin, what);
+  }
+}
+
 }  // namespace
 
 std::vector<Disagreement> disagreements(const std::vector<PointResult>& results) {
@@ -17,28 +73,47 @@ std::vector<Disagreement> disagreements(const std::vector<PointResult>& results)
   constexpr double kLeastDrag = 0.05;  // below it a tenth means nothing [N s/m]
   std::vector<Disagreement> out;
   for (const PointResult& r : results) {
+    if (r.failed) continue;
+    Comparisons ignored;
+    compare(r, ignored, [&](bool exact, const std::string& what) {
+      out.push_back({exact, r.point.name, what});
+    });
     const Prediction& p = r.prediction;
-    if (r.failed || !p.judged) continue;
-    const Stability& s = r.measures.stability;
-    if (s.judged && !p.near_boundary && s.stable != p.stable)
-      out.push_back({p.exact, r.point.name,
-                     fmt::format("stability: predicted {} ({:.6f} a packet), measured {}{}",
-                                 side(p.stable), p.growth_per_packet, side(s.stable),
-                                 s.reason.empty() ? "" : ": " + s.reason)});
-    if (r.tried_below && r.below.judged && !r.below.stable)
-      out.push_back({p.exact, r.point.name,
-                     "at 0.9 of the predicted largest coupling: not stable, " + r.below.reason});
-    if (r.tried_above && r.above.judged && r.above.stable)
-      out.push_back({p.exact, r.point.name, "at 1.1 of the predicted largest coupling: stable"});
+    const auto drag = [&](bool exact, const char* who, double wanted) {
+      const double off = std::abs(r.measures.drag - wanted);
+      if (std::isfinite(off) && off > kDragOff * std::max(std::abs(wanted), kLeastDrag))
+        out.push_back(
+            {exact, r.point.name,
+             fmt::format("drag: {} {:.4g} N s/m, measured {:.4g}", who, wanted, r.measures.drag)});
+    };
     // The drag of a session that blows up is that of its blowing up.
-    const double off = std::abs(r.measures.drag - p.drag);
-    if (p.stable && s.stable && std::isfinite(off) &&
-        off > kDragOff * std::max(std::abs(p.drag), kLeastDrag))
-      out.push_back(
-          {p.exact, r.point.name,
-           fmt::format("drag: predicted {:.4g} N s/m, measured {:.4g}", p.drag, r.measures.drag)});
+    if (!p.judged || !p.stable || !r.measures.stability.stable) continue;
+    drag(p.exact, "predicted", p.drag);
+    drag(true, "virtual time over the recorded packets", r.twin.drag);
   }
   return out;
+}
+
+std::vector<Disagreement> disagreements(const std::vector<DelayBoundary>& boundaries) {
+  constexpr double kOff = 0.1;
+  std::vector<Disagreement> out;
+  for (const DelayBoundary& b : boundaries) {
+    const double bound = std::max(b.tick, kOff * b.predicted);
+    // Stable just below the boundary, not at it.
+    if (b.real_stable - b.predicted > bound || b.predicted - b.real_not_stable > bound)
+      out.push_back({true, b.scene,
+                     fmt::format("boundary in delay: predicted {:.4g} ms, sockets stable at {:.4g} "
+                                 "ms and not at {:.4g} ms",
+                                 1e3 * b.predicted, 1e3 * b.real_stable, 1e3 * b.real_not_stable)});
+  }
+  return out;
+}
+
+Comparisons comparisons(const std::vector<PointResult>& results) {
+  Comparisons count;
+  for (const PointResult& r : results)
+    if (!r.failed) compare(r, count, [](bool, const std::string&) {});
+  return count;
 }
 
 }  // namespace tandem::harness

@@ -5,20 +5,45 @@
 
 #include "harness/measures.h"
 #include "harness/prediction.h"
+#include "harness/seen_check.h"
 #include "harness/sweep.h"
 
 namespace tandem::harness {
 
 /// One direction of a link as it was seen, by `tandem probe` and in the recordings.
 struct SeenLink {
-  std::string from, to;               ///< user's name, or "server"
-  std::string set;                    ///< to_text of what was set
-  double delay_p50 = kNotMeasured;    ///< one way, by probe [s]
-  double delay_sd = kNotMeasured;     ///< by probe [s]
-  double loss = kNotMeasured;         ///< by probe
-  long long sent = 0, lost = 0;       ///< by probe
-  double delay_ticks = kNotMeasured;  ///< from the slot of sending to that of first use, mean
-  double phase_ticks = kNotMeasured;  ///< packet slots of `from` [ticks]
+  std::string from, to;                     ///< user's name, or "server"
+  std::string set;                          ///< to_text of what was set
+  double delay_p50 = kNotMeasured;          ///< one way, by probe [s]
+  double delay_sd = kNotMeasured;           ///< by probe [s]
+  double loss = kNotMeasured;               ///< by probe
+  long long sent = 0, lost = 0;             ///< by probe
+  long long duplicates = 0, reordered = 0;  ///< by probe
+  double rate_set = 0.0, rate_seen = 0.0;   ///< by probe; 0: not limited [bit/s]
+  bool changes = false;                     ///< an outage or a recorded network is played
+  ExpectedSight expected;                   ///< what the probe should see
+  double delay_ticks = kNotMeasured;        ///< from the slot of sending to that of first use, mean
+  double phase_ticks = kNotMeasured;        ///< packet slots of `from` [ticks]
+  double used_share = kNotMeasured;         ///< of the packets sent: used by a tick of the receiver
+};
+
+/// The same session in virtual time, over the network packet by packet as the real one recorded it.
+struct VirtualTwin {
+  bool judged = false;
+  bool stable = false;
+  /// With 1.09 times more or less coupling it falls on the other side.
+  bool near_boundary = false;
+  double drag = kNotMeasured;  ///< [N s/m]
+};
+
+/// A real session at a multiple of the predicted largest coupling.
+struct BoundaryTry {
+  bool done = false;
+  Stability stability;
+  /// Its coupling over the largest one predicted from the delays of this very run, which are not
+  /// exactly those of the run that the prediction was made from.
+  double ratio = kNotMeasured;
+  VirtualTwin twin;
 };
 
 /// What one point of a sweep gave, in virtual time or on real sockets.
@@ -35,8 +60,9 @@ struct PointResult {
   Measures measures;
   double largest_coupling = kNotMeasured;  ///< by search (virtual) [N/m]
   /// Real: the session at 0.9 and 1.1 times the predicted largest coupling.
-  bool tried_below = false, tried_above = false;
-  Stability below, above;
+  BoundaryTry below, above;
+  VirtualTwin twin;                    ///< real: of the sessions as they are
+  double missed_share = kNotMeasured;  ///< real: of the ticks due, the worst node of all sessions
   std::vector<SeenLink> seen;
 };
 
@@ -44,10 +70,13 @@ struct PointResult {
 /// names it [s]; infinite: stable as far as was looked.
 struct DelayBoundary {
   std::string scene;
+  double tick = 1.0 / 1024.0;             ///< of the scene [s]
   double predicted = kNotMeasured;        ///< analysis, linearised at the grasp
   double in_virtual_time = kNotMeasured;  ///< search
-  double real_stable = kNotMeasured;      ///< longest delay seen stable on sockets
+  /// Sockets, as their samples came: mean of both directions.
+  double real_stable = kNotMeasured;      ///< longest delay seen stable
   double real_not_stable = kNotMeasured;  ///< shortest delay seen not stable
+  std::string failure;                    ///< sessions that did not run
 };
 
 /// A point where measured and predicted are on different sides, not within 10 % of the boundary, or
@@ -59,5 +88,16 @@ struct Disagreement {
   std::string point, what;  ///< "stability: predicted stable (growth 0.991), measured not: ..."
 };
 [[nodiscard]] std::vector<Disagreement> disagreements(const std::vector<PointResult>& results);
+
+/// The same of boundaries in delay: sockets stable a tick or more, and a tenth, beyond the
+/// analysis, or not stable as much before it.
+[[nodiscard]] std::vector<Disagreement> disagreements(const std::vector<DelayBoundary>& boundaries);
+
+/// How many verdicts could be compared, not near a boundary.
+struct Comparisons {
+  int with_analysis = 0, with_virtual_time = 0;
+  int near_boundary = 0;  ///< compared with neither
+};
+[[nodiscard]] Comparisons comparisons(const std::vector<PointResult>& results);
 
 }  // namespace tandem::harness

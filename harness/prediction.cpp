@@ -93,14 +93,46 @@ bool moves_coupling(const Scene& scene, const core::CouplerParameters& c) {
 
 /// Upper end of the stable interval around the coupling or, where that is not stable, of the next
 /// one below.
-double interval_end(const Scene& linear, const NetworkModel& network, int states) {
+double interval_end(const Scene& linear, const NetworkModel& network, int states,
+                    double precision = 1.0 + 1e-4) {
   const double now = coupling_of(linear);
   if (!(now > 0.0)) return kNaN;
   analysis::StabilityJudge judge(linear, network);
   // Large maps cost seconds: a coarser scan.
   const double ratio = states > 120 ? 1.6 : states > 60 ? 1.3 : 1.12;
-  return largest_stable(now, ratio, 1.0 + 1e-4,
+  return largest_stable(now, ratio, precision,
                         [&](double k) { return judge.margin(with_coupling(linear, k)) > 0.0; });
+}
+
+/// Two networks of whole ticks, and where the one in question lies between them: 0 is below.
+struct Between {
+  NetworkModel below, above;
+  double share = 0.0;
+};
+
+/// Closer to a whole tick than a twentieth is that tick.
+Between between(const Scene& scene, const NetworkModel& network) {
+  constexpr double kSnap = 0.05;
+  Between out;
+  const auto snapped = [](double x) { return std::abs(x - nearest(x)) < kSnap ? nearest(x) : x; };
+  out.below = whole_ticks(scene, network, [&](double x) { return std::floor(snapped(x)); });
+  out.above = whole_ticks(scene, network, [&](double x) { return std::ceil(snapped(x)); });
+  int links = 0;
+  NetworkModel copy = network;
+  each_link(scene, copy, [&](const core::LinkModelParameters& link) {
+    const double x = snapped(link.delay_ticks);
+    out.share += x - std::floor(x);
+    ++links;
+  });
+  if (links > 0) out.share /= links;
+  return out;
+}
+
+/// Boundaries of two networks, and one between: largest couplings go about as one over the delay.
+double coupling_between(double below, double above, double share) {
+  if (share <= 0.0) return below;
+  if (!(below > 0.0) || !(above > 0.0)) return share < 0.5 ? below : above;
+  return 1.0 / ((1.0 - share) / below + share / above);  // infinite ones are 0 here
 }
 
 bool is_stable(const Scene& linear, const NetworkModel& network) {
@@ -191,6 +223,21 @@ bool stable_alone(const Scene& scene, const NetworkModel& given) {
   }
 }
 
+double predicted_coupling(const Scene& scene, const NetworkModel& network) {
+  try {
+    const Scene linear = analysis::linear_scene(scene).scene;
+    const Between b = between(linear, network);
+    if (!fits(linear, b.above)) return kNaN;
+    const int states = lift(linear, b.below).states();
+    const double below = interval_end(linear, b.below, states, 1.001);
+    return b.share <= 0.0
+               ? below
+               : coupling_between(below, interval_end(linear, b.above, states, 1.001), b.share);
+  } catch (const std::exception&) {
+    return kNaN;
+  }
+}
+
 double predicted_drag(const Scene& scene, const NetworkModel& network) {
   if (scene.space != core::Space::kAxis || scene.objects.empty()) return kNaN;
   try {
@@ -268,6 +315,17 @@ Prediction predict(const Scene& scene, const NetworkModel& given, const PredictO
     if (options.largest_coupling)
       p.largest_coupling = interval_end(linear, network, system.states());
     p.near_boundary = is_near_boundary(linear, network, p.stable);
+    if (options.between_ticks) {
+      const Between b = between(linear, given);
+      if (b.share > 0.0) {
+        p.near_boundary =
+            p.near_boundary || is_stable(linear, b.below) != is_stable(linear, b.above);
+        if (options.largest_coupling)
+          p.largest_coupling =
+              coupling_between(interval_end(linear, b.below, system.states()),
+                               interval_end(linear, b.above, system.states()), b.share);
+      }
+    }
   } catch (const std::exception& e) {
     p.judged = false;
     p.note = e.what();

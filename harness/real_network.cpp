@@ -24,6 +24,8 @@ namespace {
 using nlohmann::ordered_json;
 
 constexpr int kNodePort = 7000, kProbePort = 7001;
+constexpr std::int64_t kProbeStart_ns =
+    50'000'000;  // of a probe, from its fork to its first packet
 
 /// What a session adds to the time until slot 0: loading, and a handshake of a few round trips.
 [[nodiscard]] double time_to_start(const SessionRequest& request) {
@@ -157,8 +159,8 @@ class RunningSession {
       return fmt::format("{}:{}", network_.spaces_.address_of(site), kNodePort);
     };
     plan.more = real_time_words();
-    // Sweeps look beyond the boundary on purpose.
-    plan.more.insert(plan.more.end(), {"--on-unstable", "warn", "--without-silence", "--start-ns",
+    // Sweeps look beyond the boundary on purpose, and have their own prediction.
+    plan.more.insert(plan.more.end(), {"--on-unstable", "ignore", "--without-silence", "--start-ns",
                                        std::to_string(session_.start_ns)});
     for (PlannedNode& node : plan_nodes(request_.scene, plan)) {
       std::error_code ignored;
@@ -213,7 +215,7 @@ std::vector<RealSession> run_sessions(const std::vector<Assignment>& assignments
   return done;
 }
 
-nlohmann::json RealNetwork::probe_once(const ProbeRequest& request, int bytes) {
+nlohmann::json RealNetwork::probe_once(const ProbePlan& plan, int bytes, const Condition* played) {
   stop_if_interrupted();
   const std::string address = fmt::format("{}:{}", spaces_.address_of(1), kProbePort);
   Child server(
@@ -221,13 +223,20 @@ nlohmann::json RealNetwork::probe_once(const ProbeRequest& request, int bytes) {
       {.network = spaces_.name_of(1), .environment = {}, .takes_input = false});
   for (int i = 0; i < 100 && server.said().find("answering") == std::string::npos; ++i)
     if (!server.listen(50)) throw HarnessError("tandem probe --serve ended: " + server.said());
-  Child client({program_, "probe", address, "--rate", fmt::format("{}", request.rate_hz),
-                "--seconds", fmt::format("{}", request.seconds), "--bytes", std::to_string(bytes),
-                "--priority", inside_guest() ? "50" : "0", "--json", "-"},
+  std::unique_ptr<QdiscPlayer> player;
+  if (played != nullptr)
+    player = std::make_unique<QdiscPlayer>(spaces_.name_of(0), changes_of(*played, plan.seconds),
+                                           core::MonotonicClock().now_ns() + kProbeStart_ns);
+  Child client({program_, "probe", address, "--rate", fmt::format("{}", plan.rate_hz), "--seconds",
+                fmt::format("{}", plan.seconds), "--bytes", std::to_string(bytes), "--priority",
+                inside_guest() ? "50" : "0", "--json", "-"},
                {.network = spaces_.name_of(0), .environment = {}, .takes_input = false});
   constexpr double kPatience = 10.0;
-  (void)client.wait(request.seconds + kPatience);
+  (void)client.wait(plan.seconds + kPatience);
   stop_if_interrupted();
+  if (player != nullptr)
+    if (const std::string said = player->failure(); !said.empty())
+      throw HarnessError("tc could not change the condition: " + said);
   // Its table goes to standard error, which is in the same text before the object.
   const std::string& said = client.said();
   const std::size_t begin = said.find("{\n");
@@ -238,39 +247,42 @@ nlohmann::json RealNetwork::probe_once(const ProbeRequest& request, int bytes) {
   return json;
 }
 
-SeenDirection RealNetwork::probe(const Condition& condition, const ProbeRequest& request) {
+SeenLink RealNetwork::probe(const Condition& condition, const ProbePlan& plan) {
   constexpr int kBytes = 64;
   const auto p50 = [](const nlohmann::json& j) { return j["round_trip_s"]["p50"].get<double>(); };
   if (clear_p50_ < 0.0) {
     spaces_.shape(0, {});
     spaces_.shape(1, {});
-    const auto clear = probe_once({.rate_hz = 500.0, .seconds = 0.6}, kBytes);
-    clear_p50_ = p50(clear);
-    clear_mean_ = clear["mean_round_trip_s"];
+    clear_p50_ = p50(probe_once({.rate_hz = 500.0, .seconds = 0.6}, kBytes));
   }
-  // What an outage or a recorded series does is seen in the sessions; here is what stays.
+  const bool changes = !changes_of(condition, plan.seconds).empty();
+  std::vector<std::string> arguments = netem_arguments(at_time(condition, 0.0));
+  if (arguments.empty() && changes) arguments = {"delay", "0ms"};  // to be changed
   spaces_.shape(1, {});
-  spaces_.shape(0, netem_arguments(at_time(condition, 0.0)));
-  const auto seen = probe_once(request, kBytes);
-  SeenDirection direction;
-  direction.sent = seen["sent"];
-  direction.lost = seen["lost"];
-  direction.duplicates = seen["duplicates"];
-  direction.reordered = seen["reordered"];
-  direction.delay_p50 = p50(seen) - clear_p50_;
-  direction.delay_mean = seen["mean_round_trip_s"].get<double>() - clear_mean_;
-  direction.delay_sd = seen["rms_jitter_s"];
+  spaces_.shape(0, arguments);
+  const auto seen = probe_once(plan, kBytes, changes ? &condition : nullptr);
+  SeenLink link;
+  link.sent = seen["sent"];
+  link.lost = seen["lost"];
+  link.loss = link.sent > 0 ? static_cast<double>(link.lost) / static_cast<double>(link.sent)
+                            : kNotMeasured;
+  link.duplicates = seen["duplicates"];
+  link.reordered = seen["reordered"];
+  link.delay_p50 = p50(seen) - clear_p50_;
+  link.delay_sd = seen["rms_jitter_s"];
+  link.changes = changes;
   if (condition.rate_bit_per_s > 0.0) {
     // One packet at a time, so that none waits for another: the longer ones take longer on the way
     // there only.
     constexpr int kLong = 1200;
     const double slow_hz = std::min(20.0, 0.2 * condition.rate_bit_per_s / (8.0 * kLong));
-    const ProbeRequest slow{.rate_hz = slow_hz, .seconds = std::max(2.0, 20.0 / slow_hz)};
+    const ProbePlan slow{.rate_hz = slow_hz, .seconds = std::max(2.0, 20.0 / slow_hz)};
     const double longer = p50(probe_once(slow, kLong)) - p50(probe_once(slow, kBytes));
-    if (longer > 0.0) direction.rate_bit_per_s = 8.0 * (kLong - kBytes) / longer;
+    link.rate_set = condition.rate_bit_per_s;
+    if (longer > 0.0) link.rate_seen = 8.0 * (kLong - kBytes) / longer;
   }
   spaces_.shape(0, {});
-  return direction;
+  return link;
 }
 
 }  // namespace tandem::harness

@@ -10,6 +10,7 @@
 #include "core/scene.h"
 #include "harness/condition.h"
 #include "harness/namespaces.h"
+#include "harness/point_result.h"
 
 namespace tandem::harness {
 
@@ -37,20 +38,6 @@ struct SessionRequest {
   std::string base;  ///< files are BASE.scene, BASE_user_1.h5, BASE_user_1.json, ...
 };
 
-/// What `tandem probe` saw in one direction, the other one clear.
-struct SeenDirection {
-  std::int64_t sent = 0, lost = 0, duplicates = 0, reordered = 0;
-  double delay_p50 = 0.0;       ///< round trip less that of a clear network: what was added [s]
-  double delay_mean = 0.0;      ///< the same of the mean [s]
-  double delay_sd = 0.0;        ///< of the round trip [s]
-  double rate_bit_per_s = 0.0;  ///< of the line, from two sizes of datagram; 0: not limited
-};
-
-struct ProbeRequest {
-  double rate_hz = 500.0;
-  double seconds = 2.0;
-};
-
 /// Workstations on this machine with netem between them; see Namespaces. Made once for many
 /// sessions. For one thread.
 class RealNetwork {
@@ -61,16 +48,19 @@ class RealNetwork {
   RealNetwork(const RealNetwork&) = delete;
   RealNetwork& operator=(const RealNetwork&) = delete;
 
-  /// Sends probes from site 0 to site 1 and back through one direction's condition at a time.
-  [[nodiscard]] SeenDirection probe(const Condition& condition, const ProbeRequest& request);
+  /// What `tandem probe` saw of a condition on the way from site 0 to site 1, the way back clear:
+  /// delay is the round trip less that of a clear network; a rate is seen from two sizes of
+  /// datagram. Outages and recorded networks are played while it runs.
+  [[nodiscard]] SeenLink probe(const Condition& condition, const ProbePlan& plan);
 
  private:
   friend class RunningSession;
-  [[nodiscard]] nlohmann::json probe_once(const ProbeRequest& request, int bytes);
+  [[nodiscard]] nlohmann::json probe_once(const ProbePlan& plan, int bytes,
+                                          const Condition* played = nullptr);
 
   Namespaces spaces_;
   std::string program_;
-  double clear_p50_ = -1.0, clear_mean_ = 0.0;
+  double clear_p50_ = -1.0;
 };
 
 /// Runs a session on each of the networks, all at the same time: puts the conditions on all ways

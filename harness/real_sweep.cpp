@@ -5,41 +5,24 @@
 #include <cmath>
 #include <filesystem>
 #include <map>
-#include <memory>
-#include <optional>
 
 #include <fmt/format.h>
 
 #include "analysis/drag.h"
 #include "harness/harness_error.h"
 #include "harness/node_plan.h"
-#include "harness/real_network.h"
-#include "harness/recorded_session.h"
+#include "harness/session_batches.h"
 #include "harness/tasks.h"
 #include "harness/virtual_run.h"
+#include "scene/load_scene.h"
 
 namespace tandem::harness {
 namespace {
 
-using SteadyClock = std::chrono::steady_clock;
-
-constexpr double kLateStart = 0.1;  // [s] the kick comes later
-constexpr double kMostTime = 6.0;   // [s]
 constexpr double kPushForce = 0.1;  // [N]
-constexpr double kMostForce = 1e4;  // [N] what a scene may say
-
-/// What a session is for.
-struct Task {
-  std::string name;
-  core::Scene scene;
-  double seconds = 5.0;
-};
-
-/// What became of it; `failure` says why there is no session.
-struct Outcome {
-  std::optional<RecordedSession> session;
-  std::string failure;
-};
+/// Twins judge themselves again at so many times more and less coupling. At 0.9 and 1.1 of the
+/// boundary, where sockets are tried, it is not crossed.
+constexpr double kNear = 1.09;
 
 /// A node loads only scenes in which every hand has its coupler: the others' do nothing.
 [[nodiscard]] core::Scene with_idle_couplers(core::Scene scene, const core::Scene& whole) {
@@ -51,182 +34,180 @@ struct Outcome {
   return scene;
 }
 
+[[nodiscard]] bool is_axis(const core::Scene& scene) {
+  return scene.space == core::Space::kAxis && !scene.objects.empty();
+}
+
+/// A kicked session again, over the packets that the real one recorded.
+[[nodiscard]] VirtualTwin twin_of(const SessionJob& job, const RecordedSession& real) {
+  VirtualTwin twin;
+  const core::NetworkModel network = replayed_network(real.links);
+  const auto at = [&](double factor) {
+    const core::Scene scene =
+        factor == 1.0 ? job.scene : with_coupling(job.scene, factor * coupling_of(job.scene));
+    return run_stability(scene, network, job.seconds);
+  };
+  const Stability own = at(1.0);
+  twin.judged = own.judged;
+  twin.stable = own.stable;
+  twin.near_boundary = at(kNear).stable != own.stable || at(1.0 / kNear).stable != own.stable;
+  return twin;
+}
+
 class RealSweep {
  public:
-  RealSweep(const Sweep& sweep, const RealOptions& options) : options_(options) {
-    int sites = 2;
-    for (const SweepPoint& point : sweep.points) sites = std::max(sites, node_count(point.scene));
-    for (int i = 0; i < std::max(1, options.at_once); ++i)
-      networks_.push_back(std::make_unique<RealNetwork>(
-          fmt::format("{}-{}", options.name, static_cast<char>('a' + i)), sites, options.program));
+  RealSweep(const Sweep& sweep, const RealOptions& options, const RealProgress& progress)
+      : options_(options),
+        progress_(progress),
+        batches_(options.name, most_sites(sweep), options.at_once, options.most_nodes,
+                 options.program) {
+    for (const SweepPoint& point : sweep.points) {
+      PointResult& result = results_.emplace_back();
+      result.point = point;
+      result.real = true;
+      result.missed_share = 0.0;
+    }
   }
 
-  [[nodiscard]] PointResult run(const SweepPoint& point, int number,
-                                const std::function<void(const std::string&)>& doing) {
+  [[nodiscard]] std::vector<PointResult> run() {
+    std::vector<SessionJob> first = sessions_as_they_are();
+    all_ = static_cast<int>(first.size() + 2 * results_.size());
+    for (PointResult& result : results_) guarded(result, [&] { probe(result); });
+    batches_.run(first, [&](const SessionJob& job, SessionOutcome outcome) {
+      finished(job, outcome, [&](PointResult& r) { as_it_is(job, *outcome.session, r); });
+    });
+    std::vector<SessionJob> second;
+    for (std::size_t i = 0; i < results_.size(); ++i)
+      guarded(results_[i], [&] { predict_and_plan(i, second); });
+    all_ = static_cast<int>(first.size() + second.size());
+    batches_.run(second, [&](const SessionJob& job, SessionOutcome outcome) {
+      finished(job, outcome, [&](PointResult& r) { near_boundary(job, *outcome.session, r); });
+    });
+    say("");
+    return std::move(results_);
+  }
+
+ private:
+  using SteadyClock = std::chrono::steady_clock;
+
+  [[nodiscard]] static int most_sites(const Sweep& sweep) {
+    int sites = 2;
+    for (const SweepPoint& point : sweep.points) sites = std::max(sites, node_count(point.scene));
+    return sites;
+  }
+
+  void say(const std::string& doing) {
+    if (progress_) progress_(done_, all_, doing);
+  }
+
+  /// A point for which this throws is marked failed; the others go on.
+  template <typename Work>
+  static void guarded(PointResult& result, Work&& work) {
+    if (result.failed) return;
     const auto begin = SteadyClock::now();
-    PointResult result;
-    result.point = point;
-    result.real = true;
-    base_ = fmt::format("{}/{:03}", options_.folder, number + 1);
     try {
-      doing("probe");
-      probe(point, result);
-      doing("session");
-      const std::vector<MeasuredLink> links = run_sessions_as_they_are(point, result);
-      doing("prediction");
-      result.prediction = predict(point.scene, measured_network(links));
-      result.prediction.exact = is_steady(point.network);
-      note_links(links, point, result);
-      doing("0.9 and 1.1 of the largest stable coupling");
-      try_boundary(point, result);
+      work();
     } catch (const Interrupted&) {
       throw;
     } catch (const std::exception& e) {
       result.failed = true;
       result.log = e.what();
     }
-    result.wall_seconds = std::chrono::duration<double>(SteadyClock::now() - begin).count();
-    return result;
+    result.wall_seconds += std::chrono::duration<double>(SteadyClock::now() - begin).count();
   }
 
- private:
-  /// Runs tasks of one point, as many at once as may be; in their order.
-  std::vector<Outcome> run_tasks(const std::vector<Task>& tasks, const SweepPoint& point,
-                                 PointResult& result) {
-    const int nodes = std::max(1, node_count(point.scene));
-    const auto together = static_cast<std::size_t>(
-        std::clamp(options_.most_nodes / nodes, 1, static_cast<int>(networks_.size())));
-    std::vector<Outcome> outcomes;
-    for (std::size_t first = 0; first < tasks.size(); first += together) {
-      std::vector<Assignment> assignments;
-      for (std::size_t i = first; i < std::min(first + together, tasks.size()); ++i)
-        assignments.push_back({networks_[i - first].get(),
-                               {.scene = with_limited_devices(tasks[i].scene),
-                                .network = point.network,
-                                .seconds = tasks[i].seconds,
-                                .base = base_ + "_" + tasks[i].name}});
-      std::vector<Outcome> batch = run_batch(assignments, result);
-      // A node that was not ready in time missed what the hands do at the start: once more, with
-      // more time, from now on.
-      if (const double late = late_start(batch); late > kLateStart && more_time_ < kMostTime) {
-        more_time_ = std::min(more_time_ + late + 0.3, kMostTime);
-        batch = run_batch(assignments, result);
-      }
-      for (Outcome& outcome : batch) {
-        if (outcome.session && late_start({outcome}) > kLateStart)
-          outcome.failure = "its nodes were not ready in time", outcome.session.reset();
-        outcomes.push_back(std::move(outcome));
-      }
+  template <typename Work>
+  void finished(const SessionJob& job, const SessionOutcome& outcome, Work&& work) {
+    PointResult& result = results_[job.point];
+    ++done_;
+    result.session_seconds += job.seconds;
+    result.wall_seconds += job.seconds;
+    const std::string why = job.name + ": " + outcome.failure;
+    if (outcome.session) {
+      result.missed_share = std::max(result.missed_share, outcome.session->missed_share);
+      guarded(result, [&] { work(result); });
+    } else if (job.name == "push" || job.name == "carry") {
+      result.log += why + "\n";  // the point has its verdict
+    } else {
+      guarded(result, [&] { throw HarnessError(why); });
     }
-    return outcomes;
+    say(result.point.name + ": " + job.name);
   }
 
-  std::vector<Outcome> run_batch(const std::vector<Assignment>& assignments, PointResult& result) {
-    const std::vector<RealSession> sessions = run_sessions(assignments, more_time_);
-    std::vector<Outcome> outcomes;
-    for (std::size_t i = 0; i < sessions.size(); ++i) {
-      result.session_seconds += assignments[i].request.seconds;
-      outcomes.push_back(read(sessions[i], assignments[i].request.scene));
+  [[nodiscard]] std::vector<SessionJob> sessions_as_they_are() const {
+    std::vector<SessionJob> jobs;
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      const SweepPoint& point = results_[i].point;
+      const auto add = [&](const char* name, core::Scene scene) {
+        jobs.push_back({i, name, std::move(scene), point.network, point.seconds, base(i)});
+      };
+      add("kick", kicked(point.scene));
+      if (options_.push && is_axis(point.scene))
+        add("push",
+            with_idle_couplers(pushed(point.scene, analysis::drag_user(point.scene), kPushForce),
+                               point.scene));
+      if (options_.carry) add("carry", carried(point.scene));
     }
-    return outcomes;
+    return jobs;
   }
 
-  /// How long after slot 0 the last node began [s].
-  [[nodiscard]] static double late_start(const std::vector<Outcome>& outcomes) {
-    double late = 0.0;
-    for (const Outcome& outcome : outcomes) {
-      if (!outcome.session) continue;
-      const Trajectory& t = outcome.session->trajectory;
-      for (const SiteTrajectory& site : t.sites)
-        late = std::max(late, static_cast<double>(site.samples.front().slot) * t.tick);
-    }
-    return late;
+  [[nodiscard]] std::string base(std::size_t point) const {
+    return fmt::format("{}/{:03}", options_.folder, point + 1);
   }
 
-  [[nodiscard]] static Outcome read(const RealSession& session, const core::Scene& scene) {
-    Outcome outcome;
-    outcome.failure = session.failure;
-    if (!outcome.failure.empty()) return outcome;
-    try {
-      outcome.session = read_session(session, scene, packet_bytes(scene));
-    } catch (const std::exception& e) {
-      outcome.failure = e.what();
-    }
-    return outcome;
-  }
-
-  static void must_have_run(const Task& task, const Outcome& outcome) {
-    if (!outcome.session) throw HarnessError(task.name + ": " + outcome.failure);
-  }
-
-  void probe(const SweepPoint& point, PointResult& result) {
-    const auto direction = [&](const Condition& condition) {
-      const auto key = to_text(condition);
-      auto known = probed_.find(key);
-      if (known == probed_.end())
-        known = probed_.emplace(key, networks_[0]->probe(condition, {})).first;
-      return known->second;
-    };
-    const SeenDirection there = direction(point.network.there),
-                        back = direction(point.network.back);
-    for (const SeenDirection& seen : {there, back}) {
-      SeenLink& link = result.seen.emplace_back();
-      link.delay_p50 = seen.delay_p50;
-      link.delay_sd = seen.delay_sd;
-      link.sent = seen.sent;
-      link.lost = seen.lost;
-      link.loss = seen.sent > 0 ? static_cast<double>(seen.lost) / static_cast<double>(seen.sent)
-                                : kNotMeasured;
-    }
-  }
-
-  /// The sessions of the point as it is; returns how their samples came over.
-  std::vector<MeasuredLink> run_sessions_as_they_are(const SweepPoint& point, PointResult& result) {
-    const bool axis = point.scene.space == core::Space::kAxis && !point.scene.objects.empty();
-    std::vector<Task> tasks{{"kick", kicked(point.scene), point.seconds}};
-    const int user = axis ? analysis::drag_user(point.scene) : 0;
-    if (options_.push && axis)
-      tasks.push_back({"push",
-                       with_idle_couplers(pushed(point.scene, user, kPushForce), point.scene),
-                       point.seconds});
-    if (options_.carry) tasks.push_back({"carry", carried(point.scene), point.seconds});
-    std::vector<Outcome> outcomes = run_tasks(tasks, point, result);
-    must_have_run(tasks[0], outcomes[0]);
-    for (std::size_t i = 1; i < tasks.size(); ++i) {
-      if (!outcomes[i].session) {
-        result.log += tasks[i].name + ": " + outcomes[i].failure + "\n";
+  void probe(PointResult& result) {
+    for (const Condition& condition : {result.point.network.there, result.point.network.back}) {
+      if (!options_.probe) {
+        result.seen.emplace_back();
         continue;
       }
-      Trajectory& session = outcomes[i].session->trajectory;
-      if (tasks[i].name == "push") {
-        const MeasuredDrag drag = measure_drag(session, user, kPushForce);
-        result.measures.drag = drag.n_s_per_m;
-        result.measures.drag_settled = drag.settled;
-      } else {
-        measure_carry(tasks[i], session, result);
+      const std::string key = to_text(condition);
+      auto known = probed_.find(key);
+      if (known == probed_.end()) {
+        say("probe: " + key);
+        const ProbePlan plan = probe_plan(condition);
+        SeenLink link = batches_.network().probe(condition, plan);
+        link.expected = expected_sight(condition, plan);
+        known = probed_.emplace(key, link).first;
       }
+      result.seen.push_back(known->second);
     }
-    result.measures.stability = judge_stability(outcomes[0].session->trajectory);
-    return outcomes[0].session->links;
+  }
+
+  void as_it_is(const SessionJob& job, RecordedSession& session, PointResult& result) {
+    if (job.name == "kick") {
+      result.measures.stability = judge_stability(session.trajectory);
+      result.twin = twin_of(job, session);
+      links_[job.point] = session.links;
+      note_links(result, session.links);
+    } else if (job.name == "push") {
+      const int user = analysis::drag_user(result.point.scene);
+      const MeasuredDrag drag = measure_drag(session.trajectory, user, kPushForce);
+      result.measures.drag = drag.n_s_per_m;
+      result.measures.drag_settled = drag.settled;
+      Trajectory twin = run_virtual(pushed(result.point.scene, user, kPushForce),
+                                    replayed_network(session.links), job.seconds);
+      result.twin.drag = measure_drag(twin, user, kPushForce).n_s_per_m;
+    } else {
+      measure_carry(job, session.trajectory, result);
+    }
   }
 
   /// Against the same hands on the ideal twin, in virtual time.
-  static void measure_carry(const Task& task, Trajectory& session, PointResult& result) {
-    Trajectory twin = run_virtual(ideal_twin(task.scene), {}, task.seconds);
+  static void measure_carry(const SessionJob& job, Trajectory& session, PointResult& result) {
+    Trajectory twin = run_virtual(ideal_twin(job.scene), {}, job.seconds);
     // The start is not the network's.
-    const auto settled = static_cast<std::int64_t>(task.scene.rates.local_hz);
+    const auto settled = static_cast<std::int64_t>(job.scene.rates.local_hz);
     session.first_slot = twin.first_slot = std::max(session.first_slot, settled);
-    const Stability stability = result.measures.stability;
-    const double drag = result.measures.drag;
-    const bool drag_settled = result.measures.drag_settled;
+    const Measures before = result.measures;
     result.measures = measure(session, &twin);
-    result.measures.stability = stability;
-    result.measures.drag = drag;
-    result.measures.drag_settled = drag_settled;
+    result.measures.stability = before.stability;
+    result.measures.drag = before.drag;
+    result.measures.drag_settled = before.drag_settled;
   }
 
-  static void note_links(const std::vector<MeasuredLink>& links, const SweepPoint& point,
-                         PointResult& result) {
+  static void note_links(PointResult& result, const std::vector<MeasuredLink>& links) {
+    const SweepPoint& point = result.point;
     double ages = 0.0;
     for (const MeasuredLink& link : links) ages += link.mean_age * point.scene.tick();
     if (!links.empty()) result.mean_age = ages / static_cast<double>(links.size());
@@ -241,72 +222,114 @@ class RealSweep {
       seen.set = to_text(there ? point.network.there : point.network.back);
       seen.delay_ticks = link.mean_ticks;
       seen.phase_ticks = link.phase_ticks;
+      if (link.sent > 0)
+        seen.used_share = static_cast<double>(link.used) / static_cast<double>(link.sent);
       result.seen.push_back(seen);
     }
-  }
-
-  void try_boundary(const SweepPoint& point, PointResult& result) {
-    const double largest = result.prediction.largest_coupling;
-    if (!result.prediction.judged || !std::isfinite(largest) || largest <= 0.0) return;
-    const core::Scene scene = kicked(point.scene);
-    const std::vector<Task> tasks{{"0.9", with_coupling(scene, 0.9 * largest), point.seconds},
-                                  {"1.1", with_coupling(scene, 1.1 * largest), point.seconds}};
-    const std::vector<Outcome> outcomes = run_tasks(tasks, point, result);
-    for (std::size_t i = 0; i < tasks.size(); ++i) must_have_run(tasks[i], outcomes[i]);
-    result.tried_below = result.tried_above = true;
-    result.below = judge_stability(outcomes[0].session->trajectory);
-    result.above = judge_stability(outcomes[1].session->trajectory);
   }
 
   /// Whether the analysis has this network itself and not one like it on average.
   [[nodiscard]] static bool is_steady(const LinkConditions& network) {
     const auto steady = [](const Condition& c) {
       return c.jitter == 0.0 && c.loss == 0.0 && !c.bursts && !c.outage && !c.recorded &&
-             c.reorder == 0.0 && c.duplicate == 0.0;
+             c.reorder == 0.0;
     };
     return steady(network.there) && steady(network.back);
   }
 
+  void predict_and_plan(std::size_t i, std::vector<SessionJob>& jobs) {
+    PointResult& result = results_[i];
+    const SweepPoint& point = result.point;
+    say(point.name + ": prediction");
+    result.prediction = predict(point.scene, measured_network(links_[i]),
+                                {.largest_coupling = true, .between_ticks = true});
+    result.prediction.exact = is_steady(point.network);
+    const double largest = result.prediction.largest_coupling;
+    if (!options_.tries || !result.prediction.judged || !std::isfinite(largest) || largest <= 0.0)
+      return;
+    const core::Scene scene = kicked(point.scene);
+    for (const char* factor : {"0.9", "1.1"})
+      jobs.push_back({i, factor, with_coupling(scene, std::stod(factor) * largest), point.network,
+                      point.seconds, base(i)});
+  }
+
+  static void near_boundary(const SessionJob& job, const RecordedSession& session,
+                            PointResult& result) {
+    BoundaryTry& attempt = job.name == "0.9" ? result.below : result.above;
+    attempt.done = true;
+    attempt.stability = judge_stability(session.trajectory);
+    const double coupling = coupling_of(job.scene);
+    const core::Scene scene = with_coupling(result.point.scene, coupling);
+    attempt.ratio = coupling / predicted_coupling(scene, measured_network(session.links));
+    attempt.twin = twin_of(job, session);
+  }
+
   RealOptions options_;
-  std::vector<std::unique_ptr<RealNetwork>> networks_;
-  std::map<std::string, SeenDirection> probed_;
-  std::string base_;
-  double more_time_ = 0.0;  ///< until slot 0, as this machine turned out to need
+  RealProgress progress_;
+  SessionBatches batches_;
+  std::vector<PointResult> results_;
+  std::map<std::string, SeenLink> probed_;
+  std::map<std::size_t, std::vector<MeasuredLink>> links_;
+  int done_ = 0, all_ = 0;
 };
+
+void make_folder(const std::string& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) throw HarnessError("cannot make folder " + folder + ": " + error.message());
+}
 
 }  // namespace
 
-core::Scene with_limited_devices(core::Scene scene) {
-  for (core::UserParameters& user : scene.users)
-    for (core::FingerParameters& finger : user.fingers) {
-      int device = core::index_of(scene.devices, finger.device);
-      if (device < 0) {
-        finger.device = fmt::format("harness_{}_{}", user.name, finger.name);
-        device = static_cast<int>(scene.devices.size());
-        scene.devices.emplace_back().name = finger.device;
-      }
-      if (scene.devices[device].max_force <= 0.0) scene.devices[device].max_force = kMostForce;
-    }
-  return scene;
+std::vector<PointResult> run_real_sweep(const Sweep& sweep, const RealOptions& options,
+                                        const RealProgress& progress) {
+  make_folder(options.folder);
+  return RealSweep(sweep, options, progress).run();
 }
 
-std::vector<PointResult> run_real_sweep(
-    const Sweep& sweep, const RealOptions& options,
-    const std::function<void(int, int, const std::string&)>& progress) {
-  std::error_code error;
-  std::filesystem::create_directories(options.folder, error);
-  if (error) throw HarnessError("cannot make folder " + options.folder + ": " + error.message());
-  RealSweep runner(sweep, options);
-  std::vector<PointResult> results;
-  const int all = static_cast<int>(sweep.points.size());
-  for (const SweepPoint& point : sweep.points) {
-    const int done = static_cast<int>(results.size());
-    results.push_back(runner.run(point, done, [&](const std::string& what) {
-      if (progress) progress(done, all, point.name + ": " + what);
-    }));
+void find_real_boundaries(std::vector<DelayBoundary>& boundaries, const RealOptions& options,
+                          double seconds, bool few, const RealProgress& progress) {
+  make_folder(options.folder);
+  std::vector<SessionJob> jobs;
+  int sites = 2;
+  for (std::size_t i = 0; i < boundaries.size(); ++i) {
+    DelayBoundary& boundary = boundaries[i];
+    const core::Scene scene = kicked(scene::load_scene(boundary.scene));
+    sites = std::max(sites, node_count(scene));
+    boundary.tick = scene.tick();
+    // Sockets take a tick or two by themselves.
+    const int last = std::isfinite(boundary.predicted)
+                         ? static_cast<int>(std::lround(boundary.predicted / scene.tick()))
+                         : 0;
+    for (int d = std::max(0, last - 4); d <= last; ++d) {
+      if (few && d != std::max(0, last - 4) && d != last) continue;
+      Condition both;
+      both.delay = d * scene.tick();
+      jobs.push_back({i,
+                      fmt::format("delay_{}_ticks", d),
+                      scene,
+                      {both, both},
+                      seconds,
+                      options.folder + "/" + boundary.scene});
+    }
   }
-  if (progress) progress(all, all, "");
-  return results;
+  SessionBatches batches(options.name, sites, options.at_once, options.most_nodes, options.program);
+  int done = 0;
+  batches.run(jobs, [&](const SessionJob& job, const SessionOutcome& outcome) {
+    DelayBoundary& boundary = boundaries[job.point];
+    if (progress) progress(++done, static_cast<int>(jobs.size()), boundary.scene + ": " + job.name);
+    if (!outcome.session) {
+      boundary.failure += job.name + ": " + outcome.failure + "\n";
+      return;
+    }
+    double ticks = 0.0;
+    for (const MeasuredLink& link : outcome.session->links) ticks += link.steady_ticks;
+    const double delay = boundary.tick * ticks / static_cast<double>(outcome.session->links.size());
+    const Stability verdict = judge_stability(outcome.session->trajectory);
+    if (!verdict.judged) return;
+    if (verdict.stable && !(boundary.real_stable > delay)) boundary.real_stable = delay;
+    if (!verdict.stable && !(boundary.real_not_stable < delay)) boundary.real_not_stable = delay;
+  });
 }
 
 }  // namespace tandem::harness

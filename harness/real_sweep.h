@@ -13,28 +13,35 @@ struct RealOptions {
   std::string program;  ///< tandem, as the nodes are started
   std::string name;     ///< of the namespaces
   std::string folder;   ///< scenes, recordings and reports of the nodes go here
-  int at_once = 2;      ///< sessions that run at the same time, each in a network of its own
+  int at_once = 3;      ///< sessions that run at the same time, each in a network of its own
   /// More force loops than this are not started at the same time, whatever `at_once` says.
-  int most_nodes = 4;
+  int most_nodes = 6;
   bool carry = true;  ///< also a carry: gap, force error against the twin
   bool push = true;   ///< also a push: drag; axis scenes
+  bool probe = true;  ///< first tandem probe through all conditions
+  bool tries = true;  ///< also at 0.9 and 1.1 times the predicted largest coupling
 };
 
-/// Runs the points of a sweep on real sockets, one after the other. Of each point:
-///   tandem probe through its conditions, one direction at a time (once for points alike);
-///   the session, its hands kicked: delays in ticks and phases of the packet slots, stability;
-///   the prediction, from these delays;
-///   the session at 0.9 and 1.1 times the predicted largest stable coupling;
-///   a push (drag) and a carry (gap, force error, energy).
-/// A point whose node died is marked failed with what it said, and the sweep goes on. `progress`
-/// gets the points done, all, and what is being done. Throws HarnessError when the networks cannot
-/// be made, and Interrupted.
-[[nodiscard]] std::vector<PointResult> run_real_sweep(
-    const Sweep& sweep, const RealOptions& options,
-    const std::function<void(int done, int all, const std::string& doing)>& progress = {});
+/// Gets the sessions done, how many there will be at most, and what is being done.
+using RealProgress = std::function<void(int done, int all, const std::string& doing)>;
 
-/// The scene as nodes run it: a finger whose device is not limited gets one with the largest force
-/// there is, because a node drives no device without a limit.
-[[nodiscard]] core::Scene with_limited_devices(core::Scene scene);
+/// Runs the points of a sweep on real sockets, sessions of several points at a time:
+///   tandem probe through every condition, one direction at a time (once for conditions alike);
+///   each point's session, its hands kicked: delays in ticks and phases of the packet slots,
+///   stability; a push (drag) and a carry (gap, force error, energy);
+///   the predictions, from these delays, and the same session in virtual time over the network that
+///   it recorded;
+///   each point's session at 0.9 and 1.1 times the predicted largest stable coupling.
+/// A point whose node died is marked failed with what it said, and the sweep goes on. Throws
+/// HarnessError when the networks cannot be made, and Interrupted.
+[[nodiscard]] std::vector<PointResult> run_real_sweep(const Sweep& sweep,
+                                                      const RealOptions& options,
+                                                      const RealProgress& progress = {});
+
+/// Fills what sockets say of boundaries that analysis has named: kicked sessions at one-way delays
+/// of whole ticks about it, of `seconds` each; `few`: one on each side. Never throws for a session
+/// that fails (`failure` says it).
+void find_real_boundaries(std::vector<DelayBoundary>& boundaries, const RealOptions& options,
+                          double seconds, bool few, const RealProgress& progress = {});
 
 }  // namespace tandem::harness

@@ -16,6 +16,7 @@ namespace tandem::harness {
 namespace {
 
 constexpr int kServer = core::NetworkModel::kServer;
+constexpr double kLost = -1.0;
 
 /// One recording in memory: a few seconds of it.
 struct Node {
@@ -153,11 +154,21 @@ template <typename Key>
   double sum = 0.0, squares = 0.0, ages = 0.0;
   std::int64_t ticks = 0;
   std::optional<std::int64_t> held;  // slot of the sample in use
+  const core::PacketSlots slots = scene.packet_slots();
+  const auto packet_of = [&](std::int64_t slot) {
+    return static_cast<std::size_t>(slots.packet_at(slot));
+  };
+  link.fates.assign(packet_of(receiver.ticks.back().slot) + 1, kLost);
+  std::size_t first_packet = link.fates.size();
   auto packet = receiver.packets.begin();
   for (const core::TickRecord& tick : receiver.ticks) {
     for (; packet != receiver.packets.end() && packet->slot <= tick.slot; ++packet) {
       if (site_of(packet->peer) != from) continue;
       held = packet->packet.slot;
+      if (const std::size_t k = packet_of(*held); *held >= 0 && k < link.fates.size()) {
+        link.fates[k] = static_cast<double>(packet->slot - *held);
+        first_packet = std::min(first_packet, k);
+      }
       if (packet->slot < first_slot) continue;
       const int delay = static_cast<int>(packet->slot - *held);
       ++delays[delay];
@@ -183,6 +194,8 @@ template <typename Key>
   link.most_ticks = delays.rbegin()->first;
   link.phase_ticks = most_frequent(phases).first;
   link.mean_age = ages / static_cast<double>(std::max<std::int64_t>(1, ticks));
+  link.steady_ticks = std::max(0.0, link.mean_age - 0.5 * (scene.ticks_per_packet() - 1.0));
+  std::fill_n(link.fates.begin(), first_packet, static_cast<double>(link.usual_ticks));
   return link;
 }
 
@@ -198,6 +211,9 @@ RecordedSession read_session(const RealSession& session, const core::Scene& scen
   trajectory.ticks_per_packet = static_cast<int>(std::lround(scene.ticks_per_packet()));
   trajectory.first_slot = all_joined(nodes, scene);
   for (const Node& node : nodes) {
+    const double missed = node.real->report.value("missed_ticks", 0.0);
+    recorded.missed_share =
+        std::max(recorded.missed_share, missed / static_cast<double>(node.ticks.back().slot + 1));
     trajectory.sites.push_back(trajectory_of(node, nodes, scene, packet_bytes));
     for (const int peer : peers_of(node.site, scene))
       recorded.links.push_back(measure_link(node, peer, trajectory.first_slot, scene));
@@ -217,7 +233,16 @@ RecordedSession read_session(const RealSession& session, const core::Scene& scen
 core::NetworkModel measured_network(const std::vector<MeasuredLink>& links) {
   core::NetworkModel network;
   for (const MeasuredLink& link : links) {
-    network.link[link.from][link.to].delay_ticks = link.usual_ticks;
+    network.link[link.from][link.to].delay_ticks = link.steady_ticks;
+    network.phase_ticks[link.from] = link.phase_ticks;
+  }
+  return network;
+}
+
+core::NetworkModel replayed_network(const std::vector<MeasuredLink>& links) {
+  core::NetworkModel network;
+  for (const MeasuredLink& link : links) {
+    network.link[link.from][link.to].recorded = link.fates;
     network.phase_ticks[link.from] = link.phase_ticks;
   }
   return network;

@@ -24,12 +24,19 @@ struct MeasuredLink {
   int least_ticks = 0, most_ticks = 0;
   int phase_ticks = 0;    ///< of the sender's packet slots, the most frequent: slot mod N
   double mean_age = 0.0;  ///< of the sample in use, over all ticks, exact slots [ticks]
+  /// The steady delay whose samples have that mean age: it counts loss and overtaken packets in
+  /// [ticks].
+  double steady_ticks = 0.0;
+  /// What became of each packet of the sender from slot 0 on, as used: its delay [ticks], or -1:
+  /// lost, overtaken or late by more than a tick's turn. Before the first: the usual delay.
+  std::vector<double> fates;
 };
 
 /// What the recordings of a session hold.
 struct RecordedSession {
   Trajectory trajectory;
   std::vector<MeasuredLink> links;
+  double missed_share = 0.0;  ///< of the ticks due, at the node that missed most
 };
 
 /// Reads the recordings of a session that ended well. Measures begin where every site has heard
@@ -38,8 +45,11 @@ struct RecordedSession {
 [[nodiscard]] RecordedSession read_session(const RealSession& session, const core::Scene& scene,
                                            int packet_bytes);
 
-/// The measured links as the network of a prediction: constant delays, usual ones in whole ticks,
-/// and the phases of the packet slots.
+/// The measured links as the network of a prediction: constant delays (steady_ticks, which are no
+/// whole ticks), and the phases of the packet slots.
 [[nodiscard]] core::NetworkModel measured_network(const std::vector<MeasuredLink>& links);
+
+/// The measured links packet by packet, for virtual time: `links` must outlive it.
+[[nodiscard]] core::NetworkModel replayed_network(const std::vector<MeasuredLink>& links);
 
 }  // namespace tandem::harness

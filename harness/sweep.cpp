@@ -227,7 +227,8 @@ Sweep sweep_of(const std::string& text, const std::string& file, const SweepOpti
 }  // namespace
 
 const std::vector<std::string>& built_in_sweeps() {
-  static const std::vector<std::string> names{"thesis", "rate", "delay", "jitter", "loss", "users"};
+  static const std::vector<std::string> names{"thesis", "rate",  "delay",     "jitter",
+                                              "loss",   "users", "conditions"};
   return names;
 }
 

@@ -44,7 +44,7 @@ struct SweepOptions {
   double seconds = 0.0;  ///< of every point; 0: the sweep's own
 };
 
-/// Names of the built-in sweeps: thesis, rate, delay, jitter, loss, users.
+/// Names of the built-in sweeps: thesis, rate, delay, jitter, loss, users, conditions.
 [[nodiscard]] const std::vector<std::string>& built_in_sweeps();
 
 /// A built-in sweep by name or a sweep file (harness/sweep.proto, protobuf text). Throws SweepError

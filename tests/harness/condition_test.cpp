@@ -7,6 +7,8 @@
 #include <gtest/gtest.h>
 
 #include "core/random.h"
+#include "harness/point_result.h"
+#include "harness/seen_check.h"
 
 namespace tandem::harness {
 namespace {
@@ -146,6 +148,61 @@ TEST(Condition, SlowLineMakesPacketsQueue) {
     });
   }
   EXPECT_EQ(last, 9);
+}
+
+// Closed forms: a uniform spread of half width w has the standard deviation w / sqrt 3; of n
+// packets lost with chance p each, the share lost spreads by sqrt(p (1 - p) / n), in
+// Gilbert-Elliott bursts by sqrt((1 + rho) / (1 - rho)) times that with rho = 1 - enter - leave.
+TEST(ExpectedSight, IsWhatWasSet) {
+  const ProbePlan plan;  // 1000 packets
+  const ExpectedSight uniform = expected_sight(
+      {.delay = 0.01, .jitter = 0.003, .distribution = Distribution::kUniform}, plan);
+  EXPECT_NEAR(uniform.delay_p50, 0.01, 2e-5);  // ticks of 10 us, 60 runs
+  EXPECT_NEAR(uniform.delay_sd, 0.003 / std::sqrt(3.0), 0.02 * 0.00173);
+  EXPECT_EQ(uniform.loss, 0.0);
+  EXPECT_EQ(uniform.reordered, 0.0);  // not asked for, though jitter overtakes
+
+  const ExpectedSight lossy = expected_sight({.loss = 0.05}, plan);
+  EXPECT_NEAR(lossy.loss, 0.05, 4.0 * std::sqrt(0.05 * 0.95 / 60e3));
+  EXPECT_NEAR(lossy.loss_sd, std::sqrt(0.05 * 0.95 / 1000), 0.3 * 0.0069);  // of 60 runs: 9 %
+
+  Condition bursts;
+  bursts.bursts = Bursts{.enter = 0.01, .leave = 0.25, .loss_inside = 1.0, .loss_outside = 0.0};
+  const ProbePlan long_plan = probe_plan(bursts);
+  const double n = long_plan.rate_hz * long_plan.seconds, p = 0.01 / 0.26, rho = 0.74;
+  const double sd = std::sqrt(p * (1.0 - p) / n * (1.0 + rho) / (1.0 - rho));
+  EXPECT_NEAR(expected_sight(bursts, long_plan).loss, p, 4.0 * sd / std::sqrt(60.0));
+  EXPECT_NEAR(expected_sight(bursts, long_plan).loss_sd, sd, 0.3 * sd);
+
+  // Held back with chance 3/4, and one of the five packets sent in the next 10 ms is not.
+  const ExpectedSight reordered = expected_sight({.delay = 0.0105, .reorder = 0.25}, plan);
+  EXPECT_NEAR(reordered.reordered, 0.75 * (1.0 - std::pow(0.75, 5)), 0.02);
+
+  Condition outages;
+  outages.outage = Outage{.start = 0.5, .length = 0.1, .period = 1.0};
+  EXPECT_NEAR(expected_sight(outages, probe_plan(outages)).loss, 0.1, 1e-3);
+}
+
+TEST(ExpectedSight, WhatIsOutOfItsBoundIsNamed) {
+  SeenLink seen;
+  seen.sent = 1000;
+  seen.expected = {
+      .delay_p50 = 0.01, .delay_p50_sd = 0.0, .delay_sd = 0.002, .loss = 0.05, .loss_sd = 0.007};
+  seen.delay_p50 = 0.01025;
+  seen.delay_sd = 0.0021;
+  seen.loss = 0.06;
+  EXPECT_TRUE(out_of_bounds(seen).empty());
+  const auto named = [&](auto change, const std::string& word) {
+    SeenLink wrong = seen;
+    change(wrong);
+    const std::vector<std::string> said = out_of_bounds(wrong);
+    return said.size() == 1 && said[0].find(word) != std::string::npos;
+  };
+  EXPECT_TRUE(named([](SeenLink& s) { s.delay_p50 = 0.0104; }, "delay"));
+  EXPECT_TRUE(named([](SeenLink& s) { s.delay_sd = 0.0023; }, "standard deviation"));
+  EXPECT_TRUE(named([](SeenLink& s) { s.loss = 0.08; }, "loss"));
+  EXPECT_TRUE(named([](SeenLink& s) { s.duplicates = 3; }, "duplicates"));
+  EXPECT_TRUE(named([](SeenLink& s) { s.rate_set = 1e6, s.rate_seen = 0.9e6; }, "rate"));
 }
 
 // Of iproute2's tables: mean 0 before the cut at 4; cut where u^(-1/3) = 4.5, so

@@ -6,6 +6,7 @@
 
 #include <gtest/gtest.h>
 
+#include "harness/point_result.h"
 #include "harness/tasks.h"
 #include "harness/virtual_run.h"
 #include "scene/load_scene.h"
@@ -47,6 +48,74 @@ TEST(Prediction, DragOfHalfATickLiesBetween) {
   three.link[0][1].delay_ticks = three.link[1][0].delay_ticks = 3.0;
   EXPECT_NEAR(predicted_drag(scene, half),
               0.5 * (predicted_drag(scene, two) + predicted_drag(scene, three)), 1e-12);
+}
+
+// Measured delays are means and no whole ticks: the boundary then lies between those of the whole
+// ones, and a whole tick's is that of the other road to it.
+TEST(Prediction, BoundaryOfAMeanDelayIsBetweenThoseOfWholeTicks) {
+  const core::Scene scene = scene::load_scene("axis_distributed");
+  const auto boundary = [&](double ticks) {
+    core::NetworkModel network;
+    network.link[0][1].delay_ticks = network.link[1][0].delay_ticks = ticks;
+    return predicted_coupling(scene, network);
+  };
+  const double two = boundary(2.0), half = boundary(2.5), three = boundary(3.0);
+  EXPECT_GT(two, 1.1 * three);
+  EXPECT_NEAR(2.0 / half, 1.0 / two + 1.0 / three, 1e-9);
+  EXPECT_EQ(boundary(2.04), two);  // the machine's own jitter is no delay
+  core::NetworkModel network;
+  network.link[0][1].delay_ticks = network.link[1][0].delay_ticks = 2.0;
+  EXPECT_NEAR(predict(scene, network).largest_coupling, two, 1e-3 * two);
+}
+
+PointResult real_point(double ratio_above, bool stable_above) {
+  PointResult r;
+  r.real = true;
+  r.point.name = "p";
+  r.prediction.judged = r.prediction.stable = true;
+  r.measures.stability.judged = true;
+  r.above.done = r.above.stability.judged = true;
+  r.above.stability.stable = stable_above;
+  r.above.ratio = ratio_above;
+  return r;
+}
+
+TEST(Disagreements, AreJudgedByTheDelaysOfTheRunItself) {
+  EXPECT_TRUE(disagreements({real_point(1.1, false)}).empty());
+  ASSERT_EQ(disagreements({real_point(1.1, true)}).size(), 1u);
+  EXPECT_TRUE(disagreements({real_point(1.02, true)}).empty());  // its packets came sooner
+  EXPECT_EQ(comparisons({real_point(1.02, true)}).near_boundary, 1);
+  EXPECT_EQ(comparisons({real_point(1.1, true)}).with_analysis, 2);
+  EXPECT_EQ(disagreements({real_point(0.8, false)}).size(), 1u);  // and much sooner
+}
+
+TEST(Disagreements, VirtualTimeOverTheRecordedPacketsHasASayToo) {
+  PointResult r = real_point(1.1, false);
+  r.above.twin = {.judged = true, .stable = true, .near_boundary = false, .drag = kNotMeasured};
+  ASSERT_EQ(disagreements({r}).size(), 1u);
+  EXPECT_NE(disagreements({r})[0].what.find("virtual time"), std::string::npos);
+  r.above.twin.near_boundary = true;
+  EXPECT_TRUE(disagreements({r}).empty());
+  r.measures.drag = 1.0;
+  r.prediction.drag = 1.05;
+  r.twin.drag = 1.2;
+  ASSERT_EQ(disagreements({r}).size(), 1u);  // a sixth off; the analysis is within a tenth
+}
+
+TEST(Disagreements, ABoundaryInDelayIsNamedToATickAndATenth) {
+  DelayBoundary b;
+  b.scene = "box";
+  b.tick = 1e-3;
+  b.predicted = 6e-3;
+  EXPECT_TRUE(disagreements(std::vector{b}).empty());  // sockets said nothing
+  b.real_stable = 5.2e-3;
+  b.real_not_stable = 6.1e-3;
+  EXPECT_TRUE(disagreements(std::vector{b}).empty());
+  b.real_stable = 7.5e-3;
+  EXPECT_EQ(disagreements(std::vector{b}).size(), 1u);
+  b.real_stable = 3e-3;
+  b.real_not_stable = 4.5e-3;
+  EXPECT_EQ(disagreements(std::vector{b}).size(), 1u);
 }
 
 // Independent loss p on a link without delay: a packet period more with each packet lost, in the

@@ -1,0 +1,105 @@
+#include "harness/session_batches.h"
+
+#include <algorithm>
+
+#include <fmt/format.h>
+
+#include "harness/node_plan.h"
+
+namespace tandem::harness {
+namespace {
+
+constexpr double kLateStart = 0.1;  // [s] the kick comes later
+constexpr double kMostTime = 6.0;   // [s]
+constexpr double kMostForce = 1e4;  // [N] what a scene may say
+
+/// How long after slot 0 the last node began [s].
+[[nodiscard]] double late_start(const SessionOutcome& outcome) {
+  double late = 0.0;
+  if (!outcome.session) return late;
+  const Trajectory& t = outcome.session->trajectory;
+  for (const SiteTrajectory& site : t.sites)
+    late = std::max(late, static_cast<double>(site.samples.front().slot) * t.tick);
+  return late;
+}
+
+[[nodiscard]] SessionOutcome read(const RealSession& session, const core::Scene& scene) {
+  SessionOutcome outcome;
+  outcome.failure = session.failure;
+  if (!outcome.failure.empty()) return outcome;
+  try {
+    outcome.session = read_session(session, scene, packet_bytes(scene));
+  } catch (const std::exception& e) {
+    outcome.failure = e.what();
+  }
+  return outcome;
+}
+
+}  // namespace
+
+SessionBatches::SessionBatches(const std::string& name, int sites, int at_once, int most_nodes,
+                               const std::string& program)
+    : most_nodes_(most_nodes) {
+  for (int i = 0; i < std::max(1, at_once); ++i)
+    networks_.push_back(std::make_unique<RealNetwork>(
+        fmt::format("{}-{}", name, static_cast<char>('a' + i)), sites, program));
+}
+
+std::vector<SessionOutcome> SessionBatches::run_batch(const std::vector<Assignment>& assignments) {
+  const std::vector<RealSession> sessions = run_sessions(assignments, more_time_);
+  std::vector<SessionOutcome> outcomes;
+  for (std::size_t i = 0; i < sessions.size(); ++i) {
+    session_seconds_ += assignments[i].request.seconds;
+    outcomes.push_back(read(sessions[i], assignments[i].request.scene));
+  }
+  return outcomes;
+}
+
+void SessionBatches::run(const std::vector<SessionJob>& jobs,
+                         const std::function<void(const SessionJob&, SessionOutcome)>& done) {
+  for (std::size_t first = 0; first < jobs.size();) {
+    std::vector<Assignment> assignments;
+    int nodes = 0;
+    std::size_t next = first;
+    for (; next < jobs.size() && assignments.size() < networks_.size(); ++next) {
+      const SessionJob& job = jobs[next];
+      nodes += node_count(job.scene);
+      if (nodes > most_nodes_ && !assignments.empty()) break;
+      assignments.push_back({networks_[assignments.size()].get(),
+                             {.scene = with_limited_devices(job.scene),
+                              .network = job.network,
+                              .seconds = job.seconds,
+                              .base = job.base + "_" + job.name}});
+    }
+    std::vector<SessionOutcome> outcomes = run_batch(assignments);
+    // A node that was not ready in time missed what the hands do at the start: once more, with more
+    // time, from now on.
+    double late = 0.0;
+    for (const SessionOutcome& outcome : outcomes) late = std::max(late, late_start(outcome));
+    if (late > kLateStart && more_time_ < kMostTime) {
+      more_time_ = std::min(more_time_ + late + 0.3, kMostTime);
+      outcomes = run_batch(assignments);
+    }
+    for (SessionOutcome& outcome : outcomes) {
+      if (late_start(outcome) > kLateStart)
+        outcome.failure = "its nodes were not ready in time", outcome.session.reset();
+      done(jobs[first++], std::move(outcome));
+    }
+  }
+}
+
+core::Scene with_limited_devices(core::Scene scene) {
+  for (core::UserParameters& user : scene.users)
+    for (core::FingerParameters& finger : user.fingers) {
+      int device = core::index_of(scene.devices, finger.device);
+      if (device < 0) {
+        finger.device = fmt::format("harness_{}_{}", user.name, finger.name);
+        device = static_cast<int>(scene.devices.size());
+        scene.devices.emplace_back().name = finger.device;
+      }
+      if (scene.devices[device].max_force <= 0.0) scene.devices[device].max_force = kMostForce;
+    }
+  return scene;
+}
+
+}  // namespace tandem::harness

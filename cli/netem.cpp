@@ -101,7 +101,10 @@ SweepRun run_one(const NetemOptions& o, const std::string& name) {
   run.sweep = load(o, name);
   run.seed = o.seed;
   run.real = !o.virtual_time;
-  const Progress progress(name, o.virtual_time ? "points" : "sessions");
+  const Progress line(name, o.virtual_time ? "points" : "sessions");
+  const auto progress = [&](int done, int all, const std::string& doing) {
+    return line(done, all, doing);
+  };
   if (run.sweep.name == "thesis" || run.sweep.name == "delay")
     run.boundaries = delay_boundaries(o.quick);
   try {
@@ -111,7 +114,8 @@ SweepRun run_one(const NetemOptions& o, const std::string& name) {
       options.search = !o.no_search;
       options.threads = o.threads;
       options.seconds = o.seconds > 0.0 ? o.seconds : o.quick ? 10.0 : 20.0;
-      run.results = harness::run_virtual_sweep(run.sweep, options, progress);
+      run.results = harness::run_virtual_sweep(run.sweep, options,
+                                               [&](int done, int all) { return line(done, all); });
     } else {
       RealRun real = run_real(run.sweep, o.real, run.boundaries, progress);
       run.results = std::move(real.results);

@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.h"
+#include "cli/program.h"
 #include "harness/caretaker.h"
 #include "harness/child.h"
 #include "harness/guest.h"
@@ -157,7 +158,8 @@ RealRun run_real(const harness::Sweep& sweep, const RealRequest& request,
   harness::Caretaker& caretaker = harness::Caretaker::instance();
   caretaker.listen();
   harness::RealOptions options;
-  options.program = std::filesystem::read_symlink("/proc/self/exe").string();
+  options.program.file = std::filesystem::read_symlink("/proc/self/exe").string();
+  if (harness::inside_guest()) options.program.main = run_program;
   options.name = request.name.empty() ? harness::own_network_name() : request.name;
   options.folder = request.folder;
   options.at_once = request.at_once;

@@ -53,7 +53,7 @@ Ends make_pipe() {
 
 /// In the child, between fork and exec.
 [[noreturn]] void become(std::vector<char*>& argv, const std::vector<std::string>& environment,
-                         pid_t parent, int network, int input, int output) {
+                         pid_t parent, int network, int input, int output, Main main) {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);
@@ -68,7 +68,12 @@ Ends make_pipe() {
   sigset_t none;
   sigemptyset(&none);
   sigprocmask(SIG_SETMASK, &none, nullptr);
-  std::signal(SIGPIPE, SIG_DFL);
+  for (const int s : {SIGPIPE, SIGINT, SIGTERM}) std::signal(s, SIG_DFL);
+  if (main != nullptr) {
+    const int status = main(static_cast<int>(argv.size()) - 1, argv.data());
+    std::fflush(nullptr);
+    _exit(status);  // what our parent has to tidy up is not ours
+  }
   execv(argv[0], argv.data());
   dprintf(STDERR_FILENO, "cannot run %s: %s\n", argv[0], std::strerror(errno));
   _exit(127);
@@ -108,8 +113,10 @@ Child::Child(std::vector<std::string> words, const ChildOptions& options) {
   const Ends in =
       options.takes_input ? make_pipe() : Ends{open("/dev/null", O_RDONLY | O_CLOEXEC), -1};
   const pid_t parent = getpid();
+  if (options.main != nullptr) std::fflush(nullptr);  // or both would write what waits
   pid_ = fork();
-  if (pid_ == 0) become(argv, options.environment, parent, network, in.read, out.write);
+  if (pid_ == 0)
+    become(argv, options.environment, parent, network, in.read, out.write, options.main);
   const int error = errno;
   close(out.write);
   close(in.read);

@@ -7,10 +7,16 @@
 
 namespace tandem::harness {
 
+/// A program's main: what it does with its words, and its exit status.
+using Main = int (*)(int, char**);
+
 struct ChildOptions {
   std::string network;                   ///< name of the network namespace it runs in; empty: ours
   std::vector<std::string> environment;  ///< NAME=VALUE beside what we have
   bool takes_input = false;              ///< `write` reaches its standard input; else it has none
+  /// Given: called in the fork with the words, instead of starting the program anew. In user-mode
+  /// Linux that costs a program of 50 libraries 0.8 s, and a fork next to nothing.
+  Main main = nullptr;
 };
 
 /// A program that runs beside us, its standard output and error in one text. It is in a process

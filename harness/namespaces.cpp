@@ -87,7 +87,8 @@ Namespaces::Namespaces(const std::string& name, int sites) : bridge_(name + "-br
   if (const std::string problem = problem_with_network_name(name); !problem.empty())
     throw HarnessError(problem);
   for (int i = 0; i < sites; ++i) sites_.push_back(fmt::format("{}-{}", name, i + 1));
-  shaped_.assign(sites_.size(), false);
+  shapes_.resize(sites_.size());
+  known_.assign(sites_.size(), true);
   std::vector<std::string> all = sites_;
   all.push_back(bridge_);
   for (const std::string& one : all)
@@ -149,13 +150,16 @@ void Namespaces::remove() noexcept {
 
 void Namespaces::shape(int site, const std::vector<std::string>& netem_arguments) {
   const std::string& name = sites_.at(site);
-  if (shaped_[site]) must_run({"tc", "qdisc", "del", "dev", "eth0", "root"}, name);
-  shaped_[site] = false;
+  std::vector<std::string>& shape = shapes_[site];
+  if (known_[site] && shape == netem_arguments) return;
+  if (!shape.empty()) must_run({"tc", "qdisc", "del", "dev", "eth0", "root"}, name);
+  shape.clear();
+  known_[site] = true;
   if (netem_arguments.empty()) return;
   std::vector<std::string> words{"tc", "qdisc", "add", "dev", "eth0", "root", "netem"};
   words.insert(words.end(), netem_arguments.begin(), netem_arguments.end());
   must_run(words, name);
-  shaped_[site] = true;
+  shape = netem_arguments;
 }
 
 std::vector<std::string> left_namespaces() {

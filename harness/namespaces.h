@@ -27,9 +27,11 @@ class Namespaces {
   [[nodiscard]] std::string address_of(int site) const;
 
   /// What happens to packets on a site's way out: arguments after `tc qdisc ... netem`; empty:
-  /// nothing. Packets still on their way from before are dropped. Throws HarnessError with tc's
-  /// words.
+  /// nothing. Where that is what holds already it stays (in user-mode Linux every tc takes 0.1 s),
+  /// else packets still on their way are dropped. Throws HarnessError with tc's words.
   void shape(int site, const std::vector<std::string>& netem_arguments);
+  /// Somebody else changes what holds there from now on: the next `shape` does all anew.
+  void forget_shape(int site) { known_.at(site) = false; }
 
  private:
   void make();
@@ -38,7 +40,8 @@ class Namespaces {
   std::string bridge_;
   std::vector<std::string> sites_;
   std::vector<std::string> made_;
-  std::vector<bool> shaped_;
+  std::vector<std::vector<std::string>> shapes_;  ///< netem's arguments, by site
+  std::vector<bool> known_;                       ///< that these hold
 };
 
 /// The name of this process's networks: "tandem-<pid>".

@@ -31,7 +31,7 @@ constexpr std::int64_t kProbeStart_ns =
 [[nodiscard]] double time_to_start(const SessionRequest& request) {
   const auto worst = [](const Condition& c) { return c.delay + 3.0 * c.jitter; };
   const double round_trip = worst(request.network.there) + worst(request.network.back);
-  const double program = inside_guest() ? 0.2 : 0.1;  // [s] a node
+  constexpr double program = 0.1;  // [s] a node
   return program * node_count(request.scene) + 4.0 * round_trip;
 }
 
@@ -62,7 +62,7 @@ const Condition& way_out(const LinkConditions& network, int site) {
   return site == 0 ? network.there : network.back;
 }
 
-RealNetwork::RealNetwork(const std::string& name, int sites, std::string program)
+RealNetwork::RealNetwork(const std::string& name, int sites, NodeProgram program)
     : spaces_(name, std::max(sites, 2)), program_(std::move(program)) {}
 
 /// A session from its start to its end.
@@ -144,6 +144,7 @@ class RunningSession {
       std::vector<std::string> arguments = netem_arguments(at_time(condition, 0.0));
       if (arguments.empty() && !changes.empty()) arguments = {"delay", "0ms"};  // to be changed
       network_.spaces_.shape(site, arguments);
+      if (!changes.empty()) network_.spaces_.forget_shape(site);
       if (!changes.empty())
         players_.push_back(std::make_unique<QdiscPlayer>(network_.spaces_.name_of(site),
                                                          std::move(changes), session_.start_ns));
@@ -167,10 +168,11 @@ class RunningSession {
       for (const std::string& old : {node.recording, node.report_file})
         std::filesystem::remove(old, ignored);  // or an old one would be taken for this run's
       std::vector<std::string> words = node.words;
-      words.insert(words.begin(), network_.program_);
+      words.insert(words.begin(), network_.program_.file);
       Child child(words, {.network = network_.spaces_.name_of(static_cast<int>(nodes_.size())),
                           .environment = {},
-                          .takes_input = false});
+                          .takes_input = false,
+                          .main = network_.program_.main});
       nodes_.push_back({std::move(node), std::move(child)});
     }
   }
@@ -218,19 +220,25 @@ std::vector<RealSession> run_sessions(const std::vector<Assignment>& assignments
 nlohmann::json RealNetwork::probe_once(const ProbePlan& plan, int bytes, const Condition* played) {
   stop_if_interrupted();
   const std::string address = fmt::format("{}:{}", spaces_.address_of(1), kProbePort);
-  Child server(
-      {program_, "probe", "--serve", "--bind", address, "--priority", inside_guest() ? "50" : "0"},
-      {.network = spaces_.name_of(1), .environment = {}, .takes_input = false});
+  Child server({program_.file, "probe", "--serve", "--bind", address, "--priority",
+                inside_guest() ? "50" : "0"},
+               {.network = spaces_.name_of(1),
+                .environment = {},
+                .takes_input = false,
+                .main = program_.main});
   for (int i = 0; i < 100 && server.said().find("answering") == std::string::npos; ++i)
     if (!server.listen(50)) throw HarnessError("tandem probe --serve ended: " + server.said());
   std::unique_ptr<QdiscPlayer> player;
   if (played != nullptr)
     player = std::make_unique<QdiscPlayer>(spaces_.name_of(0), changes_of(*played, plan.seconds),
                                            core::MonotonicClock().now_ns() + kProbeStart_ns);
-  Child client({program_, "probe", address, "--rate", fmt::format("{}", plan.rate_hz), "--seconds",
-                fmt::format("{}", plan.seconds), "--bytes", std::to_string(bytes), "--priority",
-                inside_guest() ? "50" : "0", "--json", "-"},
-               {.network = spaces_.name_of(0), .environment = {}, .takes_input = false});
+  Child client({program_.file, "probe", address, "--rate", fmt::format("{}", plan.rate_hz),
+                "--seconds", fmt::format("{}", plan.seconds), "--bytes", std::to_string(bytes),
+                "--priority", inside_guest() ? "50" : "0", "--json", "-"},
+               {.network = spaces_.name_of(0),
+                .environment = {},
+                .takes_input = false,
+                .main = program_.main});
   constexpr double kPatience = 10.0;
   (void)client.wait(plan.seconds + kPatience);
   stop_if_interrupted();
@@ -260,6 +268,7 @@ SeenLink RealNetwork::probe(const Condition& condition, const ProbePlan& plan) {
   if (arguments.empty() && changes) arguments = {"delay", "0ms"};  // to be changed
   spaces_.shape(1, {});
   spaces_.shape(0, arguments);
+  if (changes) spaces_.forget_shape(0);
   const auto seen = probe_once(plan, kBytes, changes ? &condition : nullptr);
   SeenLink link;
   link.sent = seen["sent"];

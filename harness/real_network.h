@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/scene.h"
+#include "harness/child.h"
 #include "harness/condition.h"
 #include "harness/namespaces.h"
 #include "harness/point_result.h"
@@ -38,12 +39,19 @@ struct SessionRequest {
   std::string base;  ///< files are BASE.scene, BASE_user_1.h5, BASE_user_1.json, ...
 };
 
+/// What runs as a node: this program, by its file or, where that is slow (user-mode Linux), as a
+/// fork of ours that goes through the same main with the same words.
+struct NodeProgram {
+  std::string file;
+  Main main = nullptr;
+};
+
 /// Workstations on this machine with netem between them; see Namespaces. Made once for many
 /// sessions. For one thread.
 class RealNetwork {
  public:
   /// `program`: the tandem that is started as nodes. Throws HarnessError.
-  RealNetwork(const std::string& name, int sites, std::string program);
+  RealNetwork(const std::string& name, int sites, NodeProgram program);
 
   RealNetwork(const RealNetwork&) = delete;
   RealNetwork& operator=(const RealNetwork&) = delete;
@@ -59,7 +67,7 @@ class RealNetwork {
                                           const Condition* played = nullptr);
 
   Namespaces spaces_;
-  std::string program_;
+  NodeProgram program_;
   double clear_p50_ = -1.0;
 };
 

@@ -5,15 +5,16 @@
 #include <vector>
 
 #include "harness/point_result.h"
+#include "harness/real_network.h"
 #include "harness/sweep.h"
 
 namespace tandem::harness {
 
 struct RealOptions {
-  std::string program;  ///< tandem, as the nodes are started
-  std::string name;     ///< of the namespaces
-  std::string folder;   ///< scenes, recordings and reports of the nodes go here
-  int at_once = 3;      ///< sessions that run at the same time, each in a network of its own
+  NodeProgram program;
+  std::string name;    ///< of the namespaces
+  std::string folder;  ///< scenes, recordings and reports of the nodes go here
+  int at_once = 3;     ///< sessions that run at the same time, each in a network of its own
   /// More force loops than this are not started at the same time, whatever `at_once` says.
   int most_nodes = 6;
   bool carry = true;  ///< also a carry: gap, force error against the twin

@@ -13,10 +13,11 @@ constexpr double kLateStart = 0.1;  // [s] the kick comes later
 constexpr double kMostTime = 6.0;   // [s]
 constexpr double kMostForce = 1e4;  // [N] what a scene may say
 
-/// How long after slot 0 the last node began [s].
+/// How long after slot 0 the last node began [s]. One that was not ready before the end recorded
+/// nothing, or was heard by nobody.
 [[nodiscard]] double late_start(const SessionOutcome& outcome) {
   double late = 0.0;
-  if (!outcome.session) return late;
+  if (!outcome.session) return outcome.unread ? 2.0 : 0.0;
   const Trajectory& t = outcome.session->trajectory;
   for (const SiteTrajectory& site : t.sites)
     late = std::max(late, static_cast<double>(site.samples.front().slot) * t.tick);
@@ -31,6 +32,7 @@ constexpr double kMostForce = 1e4;  // [N] what a scene may say
     outcome.session = read_session(session, scene, packet_bytes(scene));
   } catch (const std::exception& e) {
     outcome.failure = e.what();
+    outcome.unread = true;
   }
   return outcome;
 }
@@ -38,7 +40,7 @@ constexpr double kMostForce = 1e4;  // [N] what a scene may say
 }  // namespace
 
 SessionBatches::SessionBatches(const std::string& name, int sites, int at_once, int most_nodes,
-                               const std::string& program)
+                               const NodeProgram& program)
     : most_nodes_(most_nodes) {
   for (int i = 0; i < std::max(1, at_once); ++i)
     networks_.push_back(std::make_unique<RealNetwork>(
@@ -81,7 +83,7 @@ void SessionBatches::run(const std::vector<SessionJob>& jobs,
       outcomes = run_batch(assignments);
     }
     for (SessionOutcome& outcome : outcomes) {
-      if (late_start(outcome) > kLateStart)
+      if (outcome.session && late_start(outcome) > kLateStart)
         outcome.failure = "its nodes were not ready in time", outcome.session.reset();
       done(jobs[first++], std::move(outcome));
     }

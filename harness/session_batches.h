@@ -25,6 +25,7 @@ struct SessionJob {
 struct SessionOutcome {
   std::optional<RecordedSession> session;
   std::string failure;
+  bool unread = false;  ///< all nodes ended well, but a recording is missing or empty
 };
 
 /// Runs sessions several at a time, each in a network of its own: with one processor a session of
@@ -34,7 +35,7 @@ class SessionBatches {
   /// `at_once` networks of `sites` sites are made, NAME-a, NAME-b, ...; more force loops than
   /// `most_nodes` are not started at the same time. Throws HarnessError.
   SessionBatches(const std::string& name, int sites, int at_once, int most_nodes,
-                 const std::string& program);
+                 const NodeProgram& program);
 
   /// In their order; `done(job, outcome)` after each. Throws HarnessError for what concerns the
   /// networks themselves, and Interrupted.

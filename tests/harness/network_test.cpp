@@ -103,7 +103,7 @@ class ClearNetworkTest : public testing::Test {
     }
     folder_ = fs::temp_directory_path() / ("tandem-clear-test-" + std::to_string(getpid()));
     fs::create_directories(folder_);
-    options_.program = TANDEM_PROGRAM;
+    options_.program.file = TANDEM_PROGRAM;
     options_.name = own_network_name();
     options_.folder = folder_;
     options_.at_once = 2;
@@ -127,7 +127,7 @@ TEST_F(ClearNetworkTest, ANodeThatDiesMarksItsPointAndTheSweepGoesOn) {
                              "esac\n"
                              "exec " TANDEM_PROGRAM " \"$@\"\n";
   fs::permissions(stand_in, fs::perms::owner_all);
-  options_.program = stand_in;
+  options_.program.file = stand_in;
   const std::vector<PointResult> results = run_real_sweep(two_clear_points(), options_);
   ASSERT_EQ(results.size(), 2u);
   EXPECT_TRUE(results[0].failed);

@@ -27,12 +27,10 @@ constexpr int kNodePort = 7000, kProbePort = 7001;
 constexpr std::int64_t kProbeStart_ns =
     50'000'000;  // of a probe, from its fork to its first packet
 
-/// What a session adds to the time until slot 0: loading, and a handshake of a few round trips.
-[[nodiscard]] double time_to_start(const SessionRequest& request) {
+/// A handshake of a few round trips [s].
+[[nodiscard]] double time_to_join(const SessionRequest& request) {
   const auto worst = [](const Condition& c) { return c.delay + 3.0 * c.jitter; };
-  const double round_trip = worst(request.network.there) + worst(request.network.back);
-  constexpr double program = 0.1;  // [s] a node
-  return program * node_count(request.scene) + 4.0 * round_trip;
+  return 4.0 * (worst(request.network.there) + worst(request.network.back));
 }
 
 [[nodiscard]] std::vector<std::string> real_time_words() {
@@ -93,6 +91,8 @@ class RunningSession {
     for (Started& node : nodes_) {
       const bool ran = node.child.running();
       node.child.listen(0);
+      if (node.joined_ns == 0 && node.child.said().find(" joined ") != std::string::npos)
+        node.joined_ns = core::MonotonicClock().now_ns();
       if (ran && !node.child.running() && node.child.status() != 0)
         fail(fmt::format("{} ended with {}:\n{}", node.plan.name, *node.child.status(),
                          node.child.said()));
@@ -108,6 +108,11 @@ class RunningSession {
     for (const auto& player : players_)
       if (const std::string said = player->failure(); !said.empty())
         fail("tc could not change the condition: " + said);
+    session_.ready_ns = nodes_.empty() ? 0 : nodes_.front().joined_ns;
+    for (const Started& node : nodes_)
+      session_.ready_ns = session_.ready_ns == 0 || node.joined_ns == 0
+                              ? 0
+                              : std::max(session_.ready_ns, node.joined_ns);
     for (Started& node : nodes_) {
       RealNode& done = session_.nodes.emplace_back();
       done.name = node.plan.name;
@@ -129,6 +134,7 @@ class RunningSession {
   struct Started {
     PlannedNode plan;
     Child child;
+    std::int64_t joined_ns = 0;
   };
 
   void fail(const std::string& why) {
@@ -186,12 +192,12 @@ class RunningSession {
   std::vector<Started> nodes_;
 };
 
-std::vector<RealSession> run_sessions(const std::vector<Assignment>& assignments,
-                                      double more_time) {
+std::vector<RealSession> run_sessions(const std::vector<Assignment>& assignments, double lead) {
   stop_if_interrupted();
-  double lead = 0.5 + more_time;
-  for (const Assignment& a : assignments) lead += time_to_start(a.request);
-  const std::int64_t start_ns = core::MonotonicClock().now_ns() + std::llround(1e9 * lead);
+  double handshake = 0.0;
+  for (const Assignment& a : assignments) handshake = std::max(handshake, time_to_join(a.request));
+  const std::int64_t start_ns =
+      core::MonotonicClock().now_ns() + std::llround(1e9 * (lead + handshake));
   std::vector<std::unique_ptr<RunningSession>> sessions;
   for (const Assignment& a : assignments) {
     // Ticks of different sessions are spread over the period, so that they wait less for each

@@ -29,6 +29,7 @@ struct RealSession {
   std::vector<RealNode> nodes;
   std::string failure;  ///< why it did not end well, with what the node said; empty: it did
   std::int64_t start_ns = 0;
+  std::int64_t ready_ns = 0;  ///< when its last node had joined; 0: one did not say so
 };
 
 /// A session to run on sockets.
@@ -79,9 +80,10 @@ struct Assignment {
   RealNetwork* network = nullptr;
   SessionRequest request;
 };
-/// `more_time` is added to the time that nodes have until slot 0 is due [s].
+/// `lead`: time that nodes have until slot 0 is due [s], beside that of the packets of their
+/// handshake.
 [[nodiscard]] std::vector<RealSession> run_sessions(const std::vector<Assignment>& assignments,
-                                                    double more_time = 0.0);
+                                                    double lead);
 
 /// The condition on a site's way out: `there` leads from lower to higher users and from a server,
 /// `back` the other way; with more than two sites both are the same.

@@ -4,13 +4,15 @@
 
 #include <fmt/format.h>
 
+#include "core/clock.h"
+#include "harness/guest.h"
 #include "harness/node_plan.h"
 
 namespace tandem::harness {
 namespace {
 
 constexpr double kLateStart = 0.1;  // [s] the kick comes later
-constexpr double kMostTime = 6.0;   // [s]
+constexpr double kMostLead = 3.0;   // [s] a node
 constexpr double kMostForce = 1e4;  // [N] what a scene may say
 
 /// How long after slot 0 the last node began [s]. One that was not ready before the end recorded
@@ -41,14 +43,28 @@ constexpr double kMostForce = 1e4;  // [N] what a scene may say
 
 SessionBatches::SessionBatches(const std::string& name, int sites, int at_once, int most_nodes,
                                const NodeProgram& program)
-    : most_nodes_(most_nodes) {
+    : most_nodes_(most_nodes), lead_per_node_(inside_guest() ? 1.0 : 0.2) {
   for (int i = 0; i < std::max(1, at_once); ++i)
     networks_.push_back(std::make_unique<RealNetwork>(
         fmt::format("{}-{}", name, static_cast<char>('a' + i)), sites, program));
 }
 
 std::vector<SessionOutcome> SessionBatches::run_batch(const std::vector<Assignment>& assignments) {
-  const std::vector<RealSession> sessions = run_sessions(assignments, more_time_);
+  int nodes = 0;
+  for (const Assignment& a : assignments) nodes += node_count(a.request.scene);
+  constexpr double kSpare = 0.4;  // [s]
+  const std::int64_t begin_ns = core::MonotonicClock().now_ns();
+  const std::vector<RealSession> sessions =
+      run_sessions(assignments, kSpare + lead_per_node_ * nodes);
+  // How long it took, for the next ones: slowly less, at once more.
+  double took = 0.0;
+  for (const RealSession& session : sessions)
+    took = session.ready_ns == 0
+               ? 1e9
+               : std::max(took, 1e-9 * static_cast<double>(session.ready_ns - begin_ns));
+  if (took < 1e9)
+    lead_per_node_ =
+        std::clamp(std::max(took / nodes, 0.5 * (lead_per_node_ + took / nodes)), 0.02, kMostLead);
   std::vector<SessionOutcome> outcomes;
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     session_seconds_ += assignments[i].request.seconds;
@@ -75,11 +91,12 @@ void SessionBatches::run(const std::vector<SessionJob>& jobs,
     }
     std::vector<SessionOutcome> outcomes = run_batch(assignments);
     // A node that was not ready in time missed what the hands do at the start: once more, with more
-    // time, from now on.
-    double late = 0.0;
-    for (const SessionOutcome& outcome : outcomes) late = std::max(late, late_start(outcome));
-    if (late > kLateStart && more_time_ < kMostTime) {
-      more_time_ = std::min(more_time_ + late + 0.3, kMostTime);
+    // time.
+    const auto late = [](const SessionOutcome& outcome) {
+      return late_start(outcome) > kLateStart;
+    };
+    if (std::any_of(outcomes.begin(), outcomes.end(), late)) {
+      lead_per_node_ = std::min(2.0 * lead_per_node_ + 0.1, kMostLead);
       outcomes = run_batch(assignments);
     }
     for (SessionOutcome& outcome : outcomes) {

@@ -52,7 +52,7 @@ class SessionBatches {
 
   std::vector<std::unique_ptr<RealNetwork>> networks_;
   int most_nodes_;
-  double more_time_ = 0.0;  ///< until slot 0, as this machine turned out to need [s]
+  double lead_per_node_;  ///< from the start of the first to slot 0, as this machine needs [s]
   double session_seconds_ = 0.0;
 };
 

@@ -30,7 +30,6 @@ void add_view(CLI::App& app);
 
 void add_all(CLI::App& app);
 
-
 /// Program version with the revision it was built from.
 [[nodiscard]] std::string version_text();
 /// The revision alone.

@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kLateStart = 0.1;  // [s] the kick comes later
 constexpr double kMostLead = 3.0;   // [s] a node
+constexpr double kToReady = 0.1;    // [s] a node: from "joined" to the first tick, recording opened
 constexpr double kMostForce = 1e4;  // [N] what a scene may say
 
 /// How long after slot 0 the last node began [s]. One that was not ready before the end recorded
@@ -62,9 +63,11 @@ std::vector<SessionOutcome> SessionBatches::run_batch(const std::vector<Assignme
     took = session.ready_ns == 0
                ? 1e9
                : std::max(took, 1e-9 * static_cast<double>(session.ready_ns - begin_ns));
-  if (took < 1e9)
-    lead_per_node_ =
-        std::clamp(std::max(took / nodes, 0.5 * (lead_per_node_ + took / nodes)), 0.02, kMostLead);
+  if (took < 1e9) {
+    const double needed = took / nodes + kToReady;
+    lead_per_node_ = std::clamp(std::max(needed, 0.5 * (lead_per_node_ + needed)), least_lead_,
+                                std::max(least_lead_, kMostLead));
+  }
   std::vector<SessionOutcome> outcomes;
   for (std::size_t i = 0; i < sessions.size(); ++i) {
     session_seconds_ += assignments[i].request.seconds;
@@ -89,14 +92,18 @@ void SessionBatches::run(const std::vector<SessionJob>& jobs,
                               .seconds = job.seconds,
                               .base = job.base + "_" + job.name}});
     }
-    std::vector<SessionOutcome> outcomes = run_batch(assignments);
+    std::vector<SessionOutcome> outcomes;
     // A node that was not ready in time missed what the hands do at the start: once more, with more
     // time.
     const auto late = [](const SessionOutcome& outcome) {
       return late_start(outcome) > kLateStart;
     };
+    const double lead = lead_per_node_;
+    outcomes = run_batch(assignments);
     if (std::any_of(outcomes.begin(), outcomes.end(), late)) {
-      lead_per_node_ = std::min(2.0 * lead_per_node_ + 0.1, kMostLead);
+      // What was too short once is not tried again.
+      least_lead_ = std::min(lead + kToReady, kMostLead);
+      lead_per_node_ = std::min(2.0 * lead + kToReady, kMostLead);
       outcomes = run_batch(assignments);
     }
     for (SessionOutcome& outcome : outcomes) {

@@ -52,7 +52,8 @@ class SessionBatches {
 
   std::vector<std::unique_ptr<RealNetwork>> networks_;
   int most_nodes_;
-  double lead_per_node_;  ///< from the start of the first to slot 0, as this machine needs [s]
+  double lead_per_node_;      ///< from the start of the first to slot 0, as this machine needs [s]
+  double least_lead_ = 0.02;  ///< a shorter one was seen to be too short [s]
   double session_seconds_ = 0.0;
 };
 

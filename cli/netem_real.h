@@ -19,7 +19,7 @@ struct RealRequest {
   bool check = false, clean = false;
   std::string name;                     ///< of the namespaces; empty: tandem-<pid>
   std::string folder = "tandem-netem";  ///< recordings and reports of the nodes
-  int at_once = 3;
+  int at_once = 2;
 };
 
 void add_real_options(CLI::App& command, RealRequest& request);

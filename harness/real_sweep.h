@@ -14,9 +14,9 @@ struct RealOptions {
   NodeProgram program;
   std::string name;    ///< of the namespaces
   std::string folder;  ///< scenes, recordings and reports of the nodes go here
-  int at_once = 3;     ///< sessions that run at the same time, each in a network of its own
+  int at_once = 2;     ///< sessions that run at the same time, each in a network of its own
   /// More force loops than this are not started at the same time, whatever `at_once` says.
-  int most_nodes = 6;
+  int most_nodes = 4;
   bool carry = true;  ///< also a carry: gap, force error against the twin
   bool push = true;   ///< also a push: drag; axis scenes
   bool probe = true;  ///< first tandem probe through all conditions

@@ -195,7 +195,7 @@ class RealNetemTest : public testing::Test {
 
 TEST_F(RealNetemTest, ProbeSeesWhatWasSetAndSocketsAreWhereAnalysisAndVirtualTimeSay) {
   const nlohmann::json out = run(R"(
-    title: "test"  knob: "delay"  unit: "ms"  scene: "axis_distributed"  style: HOLD  seconds: 4
+    title: "test"  knob: "delay"  unit: "ms"  scene: "axis_distributed"  style: HOLD  seconds: 3
     network { there { delay: 0.01 } back { delay: 0.02 jitter: 0.002 loss: 0.05 } }
     step { value: 10 quick: true })");
   ASSERT_TRUE(out.is_object());

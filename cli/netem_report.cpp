@@ -62,6 +62,7 @@ ordered_json seen_json(const harness::SeenLink& l) {
                    {"delay_p50_s", number(l.delay_p50)},
                    {"delay_p50_expected_s", l.expected.delay_p50},
                    {"delay_sd_s", number(l.delay_sd)},
+                   {"delay_rms_of_all_s", number(l.delay_rms)},
                    {"delay_sd_expected_s", l.expected.delay_sd},
                    {"loss", number(l.loss)},
                    {"loss_expected", l.expected.loss},

@@ -52,6 +52,7 @@ void on_signal(int) { stop = true; }
           {"jitter_rfc3550_s", r.jitter_rfc3550},
           {"round_trip_s",
            {{"min", r.min},
+            {"p10", r.p10},
             {"p50", r.p50},
             {"p90", r.p90},
             {"p99", r.p99},

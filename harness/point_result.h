@@ -15,7 +15,9 @@ struct SeenLink {
   std::string from, to;                     ///< user's name, or "server"
   std::string set;                          ///< to_text of what was set
   double delay_p50 = kNotMeasured;          ///< one way, by probe [s]
-  double delay_sd = kNotMeasured;           ///< by probe [s]
+  double delay_sd = kNotMeasured;           ///< by probe, sd_by_spread [s]
+  double delay_rms = kNotMeasured;          ///< the same of all packets, stalls with them [s]
+  double delay_spread = kNotMeasured;       ///< by probe, 10th to 90th percentile [s]
   double loss = kNotMeasured;               ///< by probe
   long long sent = 0, lost = 0;             ///< by probe
   long long duplicates = 0, reordered = 0;  ///< by probe

@@ -284,7 +284,9 @@ SeenLink RealNetwork::probe(const Condition& condition, const ProbePlan& plan) {
   link.duplicates = seen["duplicates"];
   link.reordered = seen["reordered"];
   link.delay_p50 = p50(seen) - clear_p50_;
-  link.delay_sd = seen["rms_jitter_s"];
+  link.delay_rms = seen["rms_jitter_s"];
+  link.delay_spread =
+      seen["round_trip_s"]["p90"].get<double>() - seen["round_trip_s"]["p10"].get<double>();
   link.changes = changes;
   if (condition.rate_bit_per_s > 0.0) {
     // One packet at a time, so that none waits for another: the longer ones take longer on the way

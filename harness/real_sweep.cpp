@@ -168,6 +168,7 @@ class RealSweep {
         const ProbePlan plan = probe_plan(condition);
         SeenLink link = batches_.network().probe(condition, plan);
         link.expected = expected_sight(condition, plan);
+        link.delay_sd = sd_by_spread(link);
         link.set = key;
         known = probed_.emplace(key, link).first;
       }

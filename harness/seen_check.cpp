@@ -16,7 +16,8 @@ constexpr int kCapacity = 4096;    // packets in flight
 constexpr double kChance = 3.3;    // standard deviations: 99.9 %
 
 struct Run {
-  double p50 = 0.0, mean = 0.0, variance = 0.0, loss = 0.0, duplicates = 0.0, reordered = 0.0;
+  double p50 = 0.0, spread = 0.0, mean = 0.0, variance = 0.0, loss = 0.0, duplicates = 0.0,
+         reordered = 0.0;
 };
 
 /// One probe through the modelled link.
@@ -49,9 +50,12 @@ struct Run {
   run.reordered /= n;
   delays.erase(lost, delays.end());
   if (delays.empty()) return run;
-  const auto middle = delays.begin() + static_cast<std::ptrdiff_t>(delays.size() / 2);
-  std::nth_element(delays.begin(), middle, delays.end());
-  run.p50 = *middle;
+  std::sort(delays.begin(), delays.end());
+  const auto at = [&](double f) {
+    return delays[static_cast<std::size_t>(f * static_cast<double>(delays.size()))];
+  };
+  run.p50 = at(0.5);
+  run.spread = at(0.9) - at(0.1);
   for (const double d : delays) run.mean += d / static_cast<double>(delays.size());
   for (const double d : delays)
     run.variance += (d - run.mean) * (d - run.mean) / static_cast<double>(delays.size());
@@ -97,6 +101,7 @@ ExpectedSight expected_sight(const Condition& condition, const ProbePlan& plan) 
   ExpectedSight out;
   double variance = 0.0, ignored = 0.0;
   mean_and_sd(&Run::p50, out.delay_p50, out.delay_p50_sd);
+  mean_and_sd(&Run::spread, out.delay_spread, ignored);
   mean_and_sd(&Run::variance, variance, ignored);
   mean_and_sd(&Run::loss, out.loss, out.loss_sd);
   mean_and_sd(&Run::duplicates, out.duplicates, out.duplicates_sd);
@@ -105,6 +110,11 @@ ExpectedSight expected_sight(const Condition& condition, const ProbePlan& plan) 
   if (condition.rate_bit_per_s > 0.0)
     out.delay_p50 += 8.0 * (64 + 42) / condition.rate_bit_per_s;  // probe, UDP, IPv4, Ethernet
   return out;
+}
+
+double sd_by_spread(const SeenLink& seen) {
+  const ExpectedSight& e = seen.expected;
+  return e.delay_spread > 0.0 ? e.delay_sd * seen.delay_spread / e.delay_spread : seen.delay_rms;
 }
 
 std::vector<std::string> out_of_bounds(const SeenLink& seen) {

@@ -23,6 +23,7 @@ struct ProbePlan {
 struct ExpectedSight {
   double delay_p50 = 0.0, delay_p50_sd = 0.0;    ///< one way [s]
   double delay_sd = 0.0;                         ///< of one packet's delay [s]
+  double delay_spread = 0.0;                     ///< from its 10th to its 90th percentile [s]
   double loss = 0.0, loss_sd = 0.0;              ///< of a run
   double duplicates = 0.0, duplicates_sd = 0.0;  ///< share of the packets sent
   /// Came after a later one, share of those sent; only where reordering is asked for: what jitter
@@ -30,6 +31,11 @@ struct ExpectedSight {
   double reordered = 0.0, reordered_sd = 0.0;
 };
 [[nodiscard]] ExpectedSight expected_sight(const Condition& condition, const ProbePlan& plan);
+
+/// Standard deviation of the delay from its 10th and 90th percentiles, by the shape of what was
+/// set: a stall of the machine that holds a few packets does not enter. That of all packets where
+/// what was set has no such spread [s].
+[[nodiscard]] double sd_by_spread(const SeenLink& seen);
 
 /// Bounds: p50 of the delay within 0.3 ms, its standard deviation within 10 % (where it is more
 /// than 0.5 ms: below, the machine's own shows), loss, duplicates and reordering within 99.9 % of

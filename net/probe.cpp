@@ -158,6 +158,7 @@ void summarise(ProbeResult& r) {
     return r.sorted[static_cast<std::size_t>(std::max(1.0, std::ceil(f * n))) - 1];
   };
   r.min = r.sorted.front();
+  r.p10 = at(0.1);
   r.p50 = at(0.5);
   r.p90 = at(0.9);
   r.p99 = at(0.99);

@@ -42,7 +42,7 @@ struct ProbeResult {
   double mean = 0.0,
          rms_jitter = 0.0;      ///< of the round trip; jitter: rms deviation from the mean [s]
   double jitter_rfc3550 = 0.0;  ///< [s]
-  double min = 0.0, p50 = 0.0, p90 = 0.0, p99 = 0.0, p999 = 0.0,
+  double min = 0.0, p10 = 0.0, p50 = 0.0, p90 = 0.0, p99 = 0.0, p999 = 0.0,
          max = 0.0;                         ///< exact, nearest rank [s]
   std::vector<std::int64_t> round_trip_ns;  ///< by number - 1; -1: lost
   std::vector<double> sorted;               ///< round trips that arrived, ascending [s]

@@ -159,6 +159,7 @@ TEST(ExpectedSight, IsWhatWasSet) {
       {.delay = 0.01, .jitter = 0.003, .distribution = Distribution::kUniform}, plan);
   EXPECT_NEAR(uniform.delay_p50, 0.01, 2e-5);  // ticks of 10 us, 60 runs
   EXPECT_NEAR(uniform.delay_sd, 0.003 / std::sqrt(3.0), 0.02 * 0.00173);
+  EXPECT_NEAR(uniform.delay_spread, 0.8 * 2.0 * 0.003, 1e-4);
   EXPECT_EQ(uniform.loss, 0.0);
   EXPECT_EQ(uniform.reordered, 0.0);  // not asked for, though jitter overtakes
 
@@ -181,6 +182,20 @@ TEST(ExpectedSight, IsWhatWasSet) {
   Condition outages;
   outages.outage = Outage{.start = 0.5, .length = 0.1, .period = 1.0};
   EXPECT_NEAR(expected_sight(outages, probe_plan(outages)).loss, 0.1, 1e-3);
+}
+
+// The rms of all samples counts only where there is no spread to compare with; a spread twice as
+// wide is twice the deviation.
+TEST(ExpectedSight, AStallIsNoJitter) {
+  SeenLink seen;
+  seen.delay_rms = 0.009;
+  seen.delay_spread = 0.0024;
+  EXPECT_EQ(sd_by_spread(seen), 0.009);  // nothing to compare with
+  seen.expected.delay_sd = 0.001;
+  seen.expected.delay_spread = 0.0024;
+  EXPECT_DOUBLE_EQ(sd_by_spread(seen), 0.001);
+  seen.delay_spread = 0.0048;
+  EXPECT_DOUBLE_EQ(sd_by_spread(seen), 0.002);
 }
 
 TEST(ExpectedSight, WhatIsOutOfItsBoundIsNamed) {

@@ -91,6 +91,7 @@ TEST(Probe, SummaryOfKnownRoundTripsIsWhatTheHandGives) {
   summarise(r);
   EXPECT_DOUBLE_EQ(r.mean, 3e-3);
   EXPECT_NEAR(r.rms_jitter, std::sqrt(2.0) * 1e-3, 1e-15);  // sqrt((0 + 4 + 4 + 0) / 4)
+  EXPECT_DOUBLE_EQ(r.p10, 1e-3);
   EXPECT_DOUBLE_EQ(r.p50, 3e-3);
   EXPECT_DOUBLE_EQ(r.p90, 5e-3);
   EXPECT_DOUBLE_EQ(r.min, 1e-3);

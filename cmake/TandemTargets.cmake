@@ -69,9 +69,10 @@ function(tandem_test_is_chosen result)
   set(${result} ${chosen} PARENT_SCOPE)
 endfunction()
 
-# Tests wait for compilers longer than they run: in release builds their own sources are compiled at
-# -O1, what they test in libraries as always. Hard cases are for optimised code (label `hard`).
-set(tandem_test_options $<$<CONFIG:Release>:-O1>)
+# Tests, and the program's options and tables, wait for compilers longer than they run: in release
+# builds their own sources are compiled at -O1, the libraries as always. Hard cases are for optimised
+# code (label `hard`).
+set(tandem_light_options $<$<CONFIG:Release>:-O1>)
 
 # Lets a test use precompiled GoogleTest headers; they belong to a small program made for that.
 function(tandem_precompile_gtest test)
@@ -83,7 +84,7 @@ function(tandem_precompile_gtest test)
     add_executable(tandem_precompiled_gtest EXCLUDE_FROM_ALL ${PROJECT_BINARY_DIR}/precompiled_gtest.cpp)
     target_link_libraries(tandem_precompiled_gtest PRIVATE GTest::gtest tandem_options)
     target_compile_features(tandem_precompiled_gtest PRIVATE cxx_std_20)
-    target_compile_options(tandem_precompiled_gtest PRIVATE ${tandem_test_options})
+    target_compile_options(tandem_precompiled_gtest PRIVATE ${tandem_light_options})
     set_target_properties(tandem_precompiled_gtest PROPERTIES CXX_EXTENSIONS OFF)
     target_precompile_headers(tandem_precompiled_gtest PRIVATE <gtest/gtest.h>)
   endif()
@@ -105,7 +106,7 @@ function(tandem_add_test name)
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${CMAKE_BINARY_DIR}/tests
     CXX_EXTENSIONS OFF)
   if(NOT "hard" IN_LIST arg_LABELS)
-    target_compile_options(${name} PRIVATE ${tandem_test_options})
+    target_compile_options(${name} PRIVATE ${tandem_light_options})
     tandem_precompile_gtest(${name})
   endif()
   tandem_test_is_chosen(chosen ${arg_LABELS})

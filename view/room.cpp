@@ -5,6 +5,7 @@
 #include <sstream>
 #include <stdexcept>
 
+#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -79,9 +80,12 @@ class RoomReader {
       common.col(i) << b.x, b.y, b.z;
     }
     const Eigen::Vector3d middle = here.rowwise().mean();
-    const Eigen::JacobiSVD<Eigen::Matrix3Xd> spread(here.colwise() - middle);
-    if (spread.singularValues()(1) < 1e-3 * spread.singularValues()(0) ||
-        spread.singularValues()(0) <= 0.0)
+    const Eigen::Matrix3Xd off_middle = here.colwise() - middle;
+    const Eigen::Vector3d squares =  // of the extents along the principal axes, ascending
+        Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(off_middle * off_middle.transpose(),
+                                                       Eigen::EigenvaluesOnly)
+            .eigenvalues();
+    if (squares(1) < 1e-6 * squares(2) || squares(2) <= 0.0)
       fail(field, "all points are on one line: the rotation around it is not known");
     const Eigen::Matrix4d m = Eigen::umeyama(here, common, false);
     const Eigen::Quaterniond q(Eigen::Matrix3d(m.topLeftCorner<3, 3>()));

@@ -83,7 +83,9 @@ struct AtRate {
   Stages stages;
   std::int64_t packets = 0, used = 0;
   std::size_t bytes = 0;
-  std::vector<Carrier> carriers;  ///< Tandem's stack, then the peers in their order, sockperf last
+  std::vector<double> processor, processor_sleeping;  ///< of a core, of one replica
+  /// Tandem's stack, the peers in their order, Tandem's that sleeps from look to look, sockperf.
+  std::vector<Carrier> carriers;
 };
 
 class Bench {
@@ -96,6 +98,7 @@ class Bench {
       r.hz = hz;
       r.carriers.push_back({"tandem", "handed to the link thread .. in the peer's inbox"});
       for (const PeerProgram& peer : kPeers) r.carriers.push_back({peer.name, peer.how});
+      r.carriers.push_back({"sleeping", "tandem without watching: the link thread sleeps, looks"});
       r.carriers.push_back({"sockperf", "ping-pong, half of the round trip"});
       rates_.push_back(std::move(r));
     }
@@ -112,6 +115,7 @@ class Bench {
     for (int round = 0; round < options_.rounds; ++round)
       for (AtRate& r : rates_) {
         tandem(r, round);
+        sleeping(r, round);
         for (std::size_t i = 0; i < kPeers.size(); ++i) peer(r, kPeers[i], r.carriers[i + 1]);
         sockperf(r, r.carriers.back());
       }
@@ -133,6 +137,7 @@ class Bench {
     const core::Scene scene = scene::load_scene(options_.scene, {{set}});
     const double phase = (round + 0.5) / options_.rounds;
     const PathResult path = run_path(scene, {options_.seconds, phase, options_.priority});
+    r.processor.push_back(path.processor);
     r.bytes = path.bytes;
     for (std::size_t d = 0; d < 2; ++d) {
       add_run(path.runs[d], options_.motions, 2 * static_cast<std::uint64_t>(round) + d + 1,
@@ -140,6 +145,20 @@ class Bench {
       r.packets += path.runs[d].published;
       r.used += static_cast<std::int64_t>(path.runs[d].packets.size());
     }
+  }
+
+  /// What watching for the force loop's packet buys, and what it costs.
+  void sleeping(AtRate& r, int round) {
+    say(r, "two replicas, link threads that sleep");
+    const string set = fmt::format("rates.packet_hz={}", r.hz);
+    const double phase = (round + 0.5) / options_.rounds;
+    const PathResult path = run_path(scene::load_scene(options_.scene, {{set}}),
+                                     {options_.seconds, phase, options_.priority, false});
+    r.processor_sleeping.push_back(path.processor);
+    Stages stages;
+    for (const PathRun& direction : path.runs) add_run(direction, 1, 1, stages);
+    std::vector<double>& us = r.carriers[kPeers.size() + 1].us;
+    us.insert(us.end(), stages.handed_over.begin(), stages.handed_over.end());
   }
 
   void peer(AtRate& r, const PeerProgram& program, Carrier& carrier) {
@@ -241,6 +260,11 @@ string Bench::text() const {
     for (const Carrier& c : r.carriers)
       text += c.why_not.empty() ? row(c.name, c.result, c.how)
                                 : fmt::format("  {:<10}{}\n", c.name, c.why_not);
+    text += fmt::format(
+        "  a replica's share of a core, force loop with its spin and link: {:.1f} %, sleeping "
+        "{:.1f} "
+        "%\n",
+        100 * median(r.processor), 100 * median(r.processor_sleeping));
   }
   return text + fmt::format(
                     "Priority: {}. A percentile beyond the number of its samples is their "
@@ -278,6 +302,8 @@ ordered_json Bench::json() const {
     one["share_rates"] = s.rates / s.total;
     one["share_tandem"] = s.tandem / s.total;
     one["share_kernel"] = s.kernel / s.total;
+    one["processor"] = median(r.processor);
+    one["processor_sleeping"] = median(r.processor_sleeping);
     for (const Carrier& c : r.carriers) {
       ordered_json carrier{{"name", c.name}, {"how", c.how}};
       if (c.why_not.empty())

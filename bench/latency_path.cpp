@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cmath>
+#include <ctime>
 #include <memory>
 #include <stdexcept>
 #include <sys/mman.h>
@@ -161,6 +162,7 @@ PathResult run_path(const core::Scene& given, const PathOptions& options) {
   core::pack(core::SiteState<World>{}, distributed::ReplicaLaw<World>(scene, 0).counts(0), sample);
   node::StopRequest stop;
   std::array<std::thread, 2> threads;
+  const std::clock_t busy = std::clock();
   for (int u = 0; u < 2; ++u) {
     net::ExchangeOptions exchange;
     exchange.own_sender = static_cast<std::uint32_t>(u);
@@ -169,6 +171,10 @@ PathResult run_path(const core::Scene& given, const PathOptions& options) {
     exchange.start_ns = start + (u == 0 ? 0 : std::llround(1e9 * options.phase * scene.tick()));
     exchange.values_from.fill(-1);
     exchange.values_from[1 - u] = sample.value_count;
+    if (!options.watch) {
+      exchange.watch_before_ns = -40'000;
+      exchange.watch_after_ns = 0;
+    }
     links[u]->open_exchange(exchange);
     threads[u] = std::thread([&, u, exchange] {
       const core::RealtimeGrant grant = core::request_realtime(realtime);
@@ -185,6 +191,8 @@ PathResult run_path(const core::Scene& given, const PathOptions& options) {
   for (std::thread& thread : threads) thread.join();
   if (options.priority > 0) munlockall();
   PathResult result;
+  result.processor =
+      0.5 * static_cast<double>(std::clock() - busy) / static_cast<double>(CLOCKS_PER_SEC) / all;
   const net::LinkSnapshot sent = links[0]->statistics(1);
   if (sent.packets_sent > 0) result.bytes = sent.bytes_sent / sent.packets_sent;
   for (auto& link : links) link->stop();

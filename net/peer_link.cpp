@@ -187,7 +187,11 @@ void PeerLink::run() {
         wake_ns = std::min(wake_ns, now + kSnapshotLook_ns);
       }
     }
-    link_->wait(std::max<std::int64_t>(wake_ns - core::monotonic_ns(), 0));
+    // On the way to look again at once: others may want this processor, the force loop above all.
+    if (const std::int64_t left = wake_ns - core::monotonic_ns(); left > 0)
+      link_->wait(left);
+    else
+      std::this_thread::yield();
   }
   const std::lock_guard lock(mutex_);
   if (host_) host_->leave();
@@ -374,7 +378,7 @@ std::int64_t PeerLink::look_in_outboxes(std::int64_t now_ns) {
   const auto tick = static_cast<std::int64_t>(std::floor(since / tick_ns));
   if (tick >= 0) packet_slot_ = std::max(packet_slot_, slots_.packet_at(tick));
 
-  bool complete = true;
+  bool complete = true, anybody = false;
   for (auto& peer : peers_) {
     if (!peer->connected) continue;
     core::StatePacket packet;
@@ -383,16 +387,21 @@ std::int64_t PeerLink::look_in_outboxes(std::int64_t now_ns) {
       peer->sent_slot = packet_slot_;
     }
     complete = complete && peer->sent_slot == packet_slot_;
+    anybody = true;
   }
-  const std::int64_t next = due(packet_slot_ + 1) + exchange_->first_look_ns;
+  const auto most_ns = static_cast<std::int64_t>(period_ns / 16);
+  const std::int64_t next =
+      due(packet_slot_ + 1) - std::min(exchange_->watch_before_ns, anybody ? most_ns : 0);
+  if (anybody && now_ns >= next) return now_ns;
   if (packet_slot_ < 0) return next;
   // Between slots one look more: what a late force loop published for the slot before may have been
   // taken for this one's.
   if (complete) return std::min(next, now_ns + static_cast<std::int64_t>(period_ns / 2));
+  const std::int64_t late_ns = now_ns - due(packet_slot_);
+  if (late_ns < std::min(exchange_->watch_after_ns, most_ns)) return now_ns;
   // A force loop that is this late has stopped or missed the slot: look less often.
   constexpr std::int64_t kLate_ns = 1'500'000;
-  const bool late = now_ns - due(packet_slot_) > kLate_ns;
-  return std::min(next, now_ns + (late ? 8 : 1) * exchange_->look_again_ns);
+  return std::min(next, now_ns + (late_ns > kLate_ns ? 8 : 1) * exchange_->look_again_ns);
 }
 
 void PeerLink::send_state(Peer& peer, core::StatePacket& packet) {

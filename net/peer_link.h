@@ -64,9 +64,14 @@ struct ExchangeOptions {
   double local_hz = 0.0;         ///< in the first tick of this rate then; 0: at once
   /// Number of values in packets from each user, and last from the server; -1: sends us nothing.
   std::array<std::int32_t, core::kMaxUsers + 1> values_from{-1, -1, -1, -1, -1, -1, -1, -1, -1};
-  core::SpectatorLayout spectators{};   ///< what their snapshots of us hold
-  std::int64_t first_look_ns = 40'000;  ///< after a packet slot is due: is there something to send?
-  std::int64_t look_again_ns = 60'000;  ///< and again, until there is
+  core::SpectatorLayout spectators{};  ///< what their snapshots of us hold
+  /// The link thread is awake from `watch_before_ns` before a packet slot is due, as a wake-up
+  /// takes tens of microseconds, and looks in the outboxes without sleeping until there is
+  /// something to send, for `watch_after_ns` at most; each at most a sixteenth of the packet
+  /// period. From then on it sleeps from look to look. Both 0: it sleeps from the slot on.
+  std::int64_t watch_before_ns = 30'000;
+  std::int64_t watch_after_ns = 30'000;
+  std::int64_t look_again_ns = 60'000;
 };
 
 /// Index of a sender in arrays of kMaxUsers + 1; -1 if there is no such sender.
@@ -106,9 +111,10 @@ struct JoinResult {
 ///
 /// The force loop calls `outbox(s).publish` and `inbox(s).fetch` and nothing else: no lock, no
 /// system call. All other functions may be called from any other thread; they take a short lock.
-/// The link thread sleeps until a datagram arrives or a packet slot is due, then looks in the
-/// outboxes every `look_again_ns` until the force loop has published for every peer; it stamps
-/// sender, sequence, send and echo stamps as the datagram leaves.
+/// The link thread sleeps until a datagram arrives or just before a packet slot is due, then looks
+/// in the outboxes (see ExchangeOptions) until the force loop has published for every peer; so the
+/// force loop wakes nobody. It stamps sender, sequence, send and echo stamps as the datagram
+/// leaves.
 class PeerLink {
  public:
   /// Opens the socket and resolves the hosts.

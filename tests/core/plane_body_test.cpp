@@ -5,7 +5,9 @@
 
 #include <gtest/gtest.h>
 
+#include "core/axis_world.h"
 #include "core/coordination.h"
+#include "core/plane_contact.h"
 #include "core/random.h"
 
 namespace tandem::core {
@@ -103,6 +105,81 @@ TEST(PlaneBody, StabilityLimitsOfTheThreeIntegratorsAreTheKnownOnes) {
               0.005 * explicit_euler);
   EXPECT_NEAR(stability_limit(Integrator::kZeroOrderHold, m, b, T, zoh), zoh, 0.005 * zoh);
   EXPECT_NEAR(stability_limit(Integrator::kSemiImplicitEuler, m, b, T, semi), semi, 0.005 * semi);
+}
+
+/// Whether what is pressed to a wall and moved by a tenth of a micrometre comes back to rest.
+/// `tick(force)` makes a tick under a steady force and returns its depth and its way in a tick: at
+/// the limit the ends of the ticks hardly move, the velocity changes sign from one to the next.
+template <typename Tick>
+bool settles(double k, double b, double T, Tick&& tick) {
+  const double press = 0.01 * k, rest = 0.01;
+  for (int i = 0; i < 4; ++i) (void)tick(-press);
+  double early = 0.0, late = 0.0;
+  const int ticks = 20000 + static_cast<int>(2000 / (b * T));
+  for (int i = 0; i < ticks; ++i) {
+    const Vec2 at = tick(i == 0 ? -press * 1.00001 : -press);
+    const double off = std::fmax(std::fabs(at.x - rest), std::fabs(at.y));
+    if (off > 1e-3) return false;
+    if (i >= ticks / 4 && i < ticks / 2) early = std::fmax(early, off);
+    if (i >= 3 * ticks / 4) late = std::fmax(late, off);
+  }
+  return late <= early + 1e-12;
+}
+
+template <typename Stable>
+double limit_by_halving(double low, double high, Stable&& stable) {
+  EXPECT_TRUE(stable(low));
+  EXPECT_FALSE(stable(high));
+  for (int i = 0; i < 12; ++i) {
+    const double middle = 0.5 * (low + high);
+    (stable(middle) ? low : high) = middle;
+  }
+  return low;
+}
+
+TEST(PlaneBody, AWallMetWithinTheTickIsStableUpToTheClosedFormLimit) {
+  // By hand, x the way from rest, w = T v, kappa = k T^2 / m, beta = b T / m; the mean way of the
+  // tick is x + w / 2:
+  //   x' = x + w + q / 2,  w' = w + q,  q = -kappa (x + w / 2) - beta w
+  // trace 2 - kappa - beta, determinant 1 - beta: both roots inside the unit circle (Jury) for
+  // 0 < beta < 2 and kappa < 4 - 2 beta, that is k < 4 m / T^2 - 2 b / T.
+  const double m = 0.4, T = kT;
+  for (const double b : {10.0, 100.0, 300.0}) {  // of at most 2 m / T = 819
+    const double limit = 4 * m / (T * T) - 2 * b / T;
+    const auto plane = [&](double k) {
+      PlaneBodyParameters p = box(m, 0.0);
+      p.inverse_inertia = 0.0;
+      const PlaneBox shape{{0.05, 0.03}, 0.0};
+      PlaneWall wall;  // two corners touch it, half of the gain each
+      wall.gains.normal = {0.5 * k, 0.5 * b};
+      WallContacts contacts;
+      PlaneBody body{{0.0, 0.03 - 0.01}, 0.0, {0.0, 0.0}, 0.0};
+      return settles(k, b, T, [&](double force) {
+        PlaneWrench w = hold_back(contacts, wall, shape, body, T, true);
+        w.force.y += force;
+        body = step(p, kZoh, T, body, w);
+        return Vec2{0.03 - body.p.y, T * body.v.y};
+      });
+    };
+    EXPECT_NEAR(limit_by_halving(0.5 * limit, 2 * limit, plane), limit, 0.005 * limit) << b;
+    const auto axis = [&](double k) {
+      Scene scene;
+      scene.rates.local_hz = 1.0 / T;
+      scene.objects.resize(1);
+      scene.objects[0].mass = m;
+      scene.walls.resize(1);
+      scene.walls[0].normal = {1.0, 0.0, 0.0};
+      scene.walls[0].gain = {k, b};
+      const AxisWorld world(scene, 1.0);
+      AxisWorld::ObjectWalls memory;
+      AxisState body{-0.01, 0.0};
+      return settles(k, b, T, [&](double force) {
+        body = world.step(0, body, force + world.walls_on_object(0, memory, body));
+        return Vec2{-body.p, T * body.v};
+      });
+    };
+    EXPECT_NEAR(limit_by_halving(0.5 * limit, 2 * limit, axis), limit, 0.005 * limit) << b;
+  }
 }
 
 TEST(PlaneBody, SlidingBlockStopsWhereTheClosedFormSays) {

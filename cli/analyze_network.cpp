@@ -100,6 +100,12 @@ std::string said(const NetworkOptions& o, const NetworkTrace& trace) {
 
 void run(const NetworkOptions& o) {
   AnalyzedScene s = o.common.load();
+  if (s.scene.architecture == core::Architecture::kSingle)
+    throw CLI::ValidationError(
+        "--scene", s.scene.name +
+                       " is architecture: SINGLE, no packets travel in it; CENTRAL and DISTRIBUTED "
+                       "scenes have a network (`tandem scene list`); `tandem analyze point` judges "
+                       "this one");
   const NetworkTrace trace = read_trace(o);
   std::vector<double> recorded = trace.in_ticks(s.scene.rates.local_hz);
   const int overtaken =

@@ -227,7 +227,8 @@ void watch_recording(const ViewArguments& a) {
       fmt::format("{}, recorded at {}{}", scene.name,
                   recording.user() == "server" ? "the server" : "user " + recording.user(),
                   recording.complete() ? "" : " (not closed in order)");
-  options.text.legend = legend_of(scene, false);
+  options.text.legend =
+      legend_of(scene, false) + "\nspace: pause; , and .: back, on; [ and ]: speed";
   if (!a.no_margin) options.text.margin = margin_of(scene, a.delay_packets);
 
   view::Playback playback{.length = length, .time = a.start, .speed = a.speed};
@@ -280,7 +281,7 @@ void WindowArguments::add(CLI::App& command) {
       .add_option("--seconds", seconds, "ends after this time [s]; 0: until the window is closed")
       ->check(not_negative);
   command.add_option("--fps", fps, "pictures a second, at most")
-      ->check(CLI::Range(1.0, 1000.0))
+      ->check(between(1.0, 1000.0))
       ->capture_default_str();
   command.add_option("--screenshot", screenshot,
                      "write the last picture here, PNG; needs no display");
@@ -470,29 +471,34 @@ void add_view(CLI::App& app) {
       "  tandem view --recording FILE.h5                   what a node recorded\n"
       "  tandem view --scene space_box --seconds 5 --screenshot box.png      needs no display");
   a->scene.add(*command, "box_distributed");
-  auto* recording = command->add_option("--recording", a->recording,
-                                        "play a recording (.h5): space pauses, the bar scrubs");
-  command
-      ->add_option("--connect", a->connect,
-                   "HOST:PORT of a running server or replica: look on, over the network")
-      ->excludes(recording);
+  auto* recording = command->add_option(
+      "--recording", a->recording,
+      "play a recording (.h5): space pauses, the bar or , and . scrub, [ and ] change speed");
+  auto* connect =
+      command
+          ->add_option("--connect", a->connect,
+                       "HOST:PORT of a running server or replica: look on, over the network")
+          ->excludes(recording);
   a->window.add(*command);
   a->json.add(*command);
-  command->add_option("--user", a->user, "whose copy is drawn solid (default: the first)");
-  command->add_option("--pointer", a->pointer, "the mouse leads this user's fingers");
+  command->add_option("--user", a->user, "whose copy is drawn solid (default: the first)")
+      ->excludes(recording)
+      ->excludes(connect);
+  command->add_option("--pointer", a->pointer, "the mouse leads this user's fingers")
+      ->excludes(recording)
+      ->excludes(connect);
   command->add_option("--start", a->start, "skip so much of the session [s] (with --screenshot)")
       ->check(not_negative);
   command->add_option("--speed", a->speed, "seconds of the session a second")
-      ->check(CLI::Range(0.01, 100.0));
+      ->check(between(0.01, 100.0));
   command
       ->add_option("--delay-packets", a->delay_packets,
                    "round trip of the modelled network in packet periods")
-      ->check(CLI::Range(0.0, 60.0));
-  command->add_option("--loss", a->loss, "of the modelled network [%]")
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(between(0.0, 60.0));
+  command->add_option("--loss", a->loss, "of the modelled network [%]")->check(between(0.0, 100.0));
   command
       ->add_option("--jitter-ms", a->jitter_ms, "of the modelled network, uniform, up to +- [ms]")
-      ->check(CLI::Range(0.0, 1000.0));
+      ->check(between(0.0, 1000.0));
   command->add_flag("--no-margin", a->no_margin, "do not predict the stability");
   command->callback([a] {
     try {

@@ -71,6 +71,7 @@ class Viewer {
   void take_snapshot();
   void steer(double seconds);
   void steer_by_mouse(bool free_left);
+  void steer_playback(Playback& playback);
   void lead_fingers(double seconds);
   void draw_picture(double seconds);
   void follow_head();
@@ -169,10 +170,18 @@ void Viewer::steer(double seconds) {
     if (pressed(GLFW_KEY_H)) options_.panels = !options_.panels;
     if (pressed(GLFW_KEY_G)) options_.drawing.ghosts = !options_.drawing.ghosts;
     if (pressed(GLFW_KEY_F)) options_.drawing.forces = !options_.drawing.forces;
-    if (source_.playback != nullptr && pressed(GLFW_KEY_SPACE))
-      source_.playback->paused = !source_.playback->paused;
+    if (source_.playback != nullptr) steer_playback(*source_.playback);
   }
   if (pointer) lead_fingers(seconds);
+}
+
+void Viewer::steer_playback(Playback& playback) {
+  constexpr double kStep = 0.5;  // [s]
+  if (pressed(GLFW_KEY_SPACE)) playback.paused = !playback.paused;
+  if (pressed(GLFW_KEY_COMMA)) playback.time = std::max(0.0, playback.time - kStep);
+  if (pressed(GLFW_KEY_PERIOD)) playback.time = std::min(playback.length, playback.time + kStep);
+  if (pressed(GLFW_KEY_LEFT_BRACKET)) playback.speed = std::max(0.05, 0.5 * playback.speed);
+  if (pressed(GLFW_KEY_RIGHT_BRACKET)) playback.speed = std::min(4.0, 2.0 * playback.speed);
 }
 
 void Viewer::lead_fingers(double seconds) {

@@ -27,6 +27,12 @@ __all__ = [
     "transition_matrix",
 ]
 
+
+def __dir__() -> list[str]:
+    # What the module offers, not what it is made with.
+    return sorted(__all__ + [name for name in globals() if name.startswith("__")])
+
+
 Edits = Mapping[str, object]
 
 

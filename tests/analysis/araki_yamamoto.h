@@ -21,6 +21,13 @@ struct HeldForce {
   Eigen::MatrixXd force;
 };
 
+/// What a held force does to one mass: its last values are states, newest first.
+struct KeptForce {
+  const HeldForce* from;
+  Eigen::Index mass;
+  Eigen::Index first;
+};
+
 /// Masses at one network rate and one control rate.
 struct MultiRate {
   double T = 1.0 / 1024.0;
@@ -80,29 +87,39 @@ inline analysis::LiftedSystem araki_yamamoto(const MultiRate& p) {
     const int behind = h.delay_ticks - static_cast<int>(mu);
     return (behind > 0 ? (behind + p.N - 1) / p.N : 0) + h.periods_late;
   };
-  int oldest = 0;
-  for (const HeldForce& h : p.held) oldest = std::max(oldest, age(h, 0));
-  const Eigen::Index size = N * n + oldest * n;
+  // What is kept of a sample is the force it makes, one number a held force and mass: position and
+  // velocity kept apart, but only used together, leave a Jordan block at zero as long as the delay,
+  // whose rounding spoils the other eigenvalues.
+  Eigen::Index size = N * n;
+  std::vector<KeptForce> kept;
+  for (const HeldForce& h : p.held)
+    for (Eigen::Index i = 0; i < m; ++i) {
+      if (age(h, 0) == 0 || h.force.row(i).isZero(0.0)) continue;
+      kept.push_back({&h, i, size});
+      size += age(h, 0);
+    }
   MatrixXd F = MatrixXd::Zero(N * m, N * n), G = MatrixXd::Zero(N * m, size);
   for (Eigen::Index mu = 0; mu < N; ++mu) {
     F.block(mu * m, mu * n, m, n) += p.fast;
     for (const HeldForce& h : p.held)
-      if (const int old = age(h, mu); old == 0)
-        F.block(mu * m, 0, m, n) += h.force;
-      else
-        G.block(mu * m, N * n + (old - 1) * n, m, n) += h.force;
+      if (age(h, mu) == 0) F.block(mu * m, 0, m, n) += h.force;
+    for (const KeptForce& k : kept)
+      if (const int old = age(*k.from, mu); old > 0) G(mu * m + k.mass, k.first + old - 1) = 1.0;
   }
   // (4.30)
   MatrixXd CC = MatrixXd::Zero(N * n, size);
   CC.leftCols(N * n) = Ch;
-  const MatrixXd I = MatrixXd::Identity(N * n, N * n);
-  const MatrixXd Y = (I - Dh * F).partialPivLu().solve(CC + Dh * G);  // outputs from the state
+  // No tick feels a later one: I - D F is triangular, and solved tick by tick.
+  const MatrixXd loop = MatrixXd::Identity(N * n, N * n) - Dh * F;
+  const MatrixXd Y = loop.triangularView<Eigen::UnitLower>().solve(CC + Dh * G);  // outputs
   const MatrixXd U = F * Y + G;
   MatrixXd M = MatrixXd::Zero(size, size);
   M.topLeftCorner(N * n, N * n) = A;
   M.topRows(N * n) += B * U;
-  if (oldest > 0) M.block(N * n, 0, n, size) = Y.topRows(n);
-  for (int i = 1; i < oldest; ++i) M.block(N * n + i * n, N * n + (i - 1) * n, n, n).setIdentity();
+  for (const KeptForce& k : kept) {
+    M.row(k.first) = k.from->force.row(k.mass) * Y.topRows(n);
+    for (int i = 1; i < age(*k.from, 0); ++i) M(k.first + i, k.first + i - 1) = 1.0;
+  }
 
   analysis::LiftedSystem out;
   out.period = p.N * p.T;
@@ -112,10 +129,14 @@ inline analysis::LiftedSystem araki_yamamoto(const MultiRate& p) {
     for (int j = 0; j < size; ++j) out.transition(i, j) = M(i, j);
   analysis::Symmetry t{"translation x", std::vector<double>(size, 0.0),
                        static_cast<std::size_t>((N - 1) * n)};
-  for (Eigen::Index i = 0; i < size; i += 2) t.direction[i] = 1.0;
+  for (Eigen::Index i = 0; i < N * n; i += 2) t.direction[i] = 1.0;
+  for (const KeptForce& k : kept)
+    for (int i = 0; i < age(*k.from, 0); ++i)
+      t.direction[k.first + i] =
+          Eigen::Map<const Eigen::VectorXd>(t.direction.data(), n).dot(k.from->force.row(k.mass));
   out.symmetries.push_back(t);
   out.velocities.assign(size, 0.0);
-  for (Eigen::Index i = 1; i < size; i += 2) out.velocities[i] = 1.0;
+  for (Eigen::Index i = 1; i < N * n; i += 2) out.velocities[i] = 1.0;
   return out;
 }
 

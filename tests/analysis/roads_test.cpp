@@ -36,46 +36,25 @@ double mismatch(const Judgement& a, const Judgement& b) {
   return worst;
 }
 
-/// A map with every entry changed by about one unit in the last place.
-LiftedSystem shaken(LiftedSystem system, core::Random& random) {
-  for (double& x : system.transition.values) x *= 1.0 + 2.2e-16 * random.uniform(-2.0, 2.0);
-  return system;
-}
-
-// 1e-10 on eigenvalues above 0.02. The small ones of long delay chains may be ill-conditioned:
-// where a change in the last place of a map itself moves its eigenvalues further, that is what can
-// be had. (b) also inverts I - D F, of condition up to 1e7 (H6).
+// 1e-10 on eigenvalues above 0.02, every scene: at worst 4.4e-11 and 3.7e-11 in 1000. The maps must
+// be in states that rounding does not hurt: forces in flight, not the samples they come from.
 TEST(Roads, AllThreeHaveTheSameEigenvaluesOnRandomScenes) {
-  core::Random random(11), shaking(12);
+  core::Random random(11);
   const int scenes = scenes_to_try();
   double worst_a = 0.0, worst_b = 0.0;
-  int ill_conditioned = 0;
   for (int i = 0; i < scenes; ++i) {
     const tests::RandomScene s = tests::random_scene(random, 4);
-    const LiftedSystem loop = measured_system(s.scene, s.network);
-    const LiftedSystem direct = tests::araki_yamamoto(tests::multi_rate_of(s.scene, s.network));
-    const Judgement c = judge(loop);
+    const Judgement c = judge(measured_system(s.scene, s.network));
     const Judgement a = judge(resampled_system(s.scene, s.network));
-    const Judgement b = judge(direct);
+    const Judgement b = judge(tests::araki_yamamoto(tests::multi_rate_of(s.scene, s.network)));
     EXPECT_EQ(c.removed, a.removed) << i << ": " << s.about;
     const double ac = mismatch(a, c), bc = mismatch(b, c);
     worst_a = std::max(worst_a, ac);
     worst_b = std::max(worst_b, bc);
-    if (ac < 1e-10 && bc < 1e-10) continue;
-    ++ill_conditioned;
-    double moved = 0.0;
-    for (int k = 0; k < 5; ++k)
-      moved = std::max({moved, mismatch(c, judge(shaken(loop, shaking))),
-                        mismatch(b, judge(shaken(direct, shaking)))});
-    EXPECT_LT(std::max(ac, bc), 10.0 * moved)
-        << i << ": " << s.about << " rho " << c.radius << " " << a.radius << " " << b.radius;
-    std::printf("%d: %s: (a)-(c) %.2g, (b)-(c) %.2g, a last place moves %.2g\n", i, s.about.c_str(),
-                ac, bc, moved);
+    EXPECT_LT(ac, 1e-10) << i << ": " << s.about << " rho " << c.radius << " " << a.radius;
+    EXPECT_LT(bc, 1e-10) << i << ": " << s.about << " rho " << c.radius << " " << b.radius;
   }
-  EXPECT_LT(worst_a, 1e-10);  // (a) and (c), which are used
-  EXPECT_LE(ill_conditioned, std::max(2, scenes / 100));
-  std::printf("%d scenes: (a)-(c) at worst %.2g, (b)-(c) %.2g, ill-conditioned %d\n", scenes,
-              worst_a, worst_b, ill_conditioned);
+  std::printf("%d scenes: (a)-(c) at worst %.2g, (b)-(c) %.2g\n", scenes, worst_a, worst_b);
 }
 
 // Growth on the running loop has the sign the prediction says, outside |rho - 1| < 1e-4. The slope

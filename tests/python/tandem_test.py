@@ -31,6 +31,10 @@ class Scenes(unittest.TestCase):
             scene = tandem.Scene(name)
             self.assertEqual(tandem.Scene.from_text(scene.text).text, scene.text, name)
 
+    def test_dir_lists_what_is_offered_and_nothing_else(self):
+        offered = [name for name in dir(tandem) if not name.startswith("__")]
+        self.assertEqual(offered, sorted(tandem.__all__))
+
     def test_wrong_input_is_named(self):
         with self.assertRaisesRegex(tandem.SceneError, "axis_distributed"):
             tandem.Scene("axis_distribute")

@@ -153,5 +153,12 @@ TEST(RecordedNetworks, ADelayThatNewerPacketsOvertakeCountsAsLost) {
   EXPECT_EQ(found["typical_run"]["verdict"], "stable");
 }
 
+TEST(RandomNetworks, AreRefusedWhereNoPacketsTravel) {
+  Program refused({"analyze", "network", "--scene", "wall_single"});
+  EXPECT_NE(refused.wait(), 0);
+  EXPECT_NE(refused.output().find("wall_single is architecture: SINGLE"), std::string::npos)
+      << refused.output();
+}
+
 }  // namespace
 }  // namespace tandem::test

@@ -111,6 +111,9 @@ TEST(ViewFailures, WrongInputIsRefusedWithWhatIsAllowed) {
            {{"--pointer", "nobody"}, "has no user \"nobody\"", 2},
            {{"--scene", "nothing"}, "nothing", 2},
            {{"--recording", "missing.h5"}, "missing.h5", 1},
+           {{"--recording", "missing.h5", "--pointer", "1"}, "excludes", 2},
+           {{"--speed", "nan"}, "not between 0.01", 2},
+           {{"--fps", "nan"}, "not between 1", 2},
            {{"--connect", "here"}, "here", 1},
            {{"--room", "missing.json"}, "missing.json", 1}}) {
     std::vector<std::string> arguments{"view"};

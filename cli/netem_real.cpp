@@ -88,7 +88,7 @@ std::vector<std::string> own_command_line() {
 
 /// A few of many points, on alternating values so that all kinds of session are among them.
 harness::Sweep thinned(harness::Sweep sweep) {
-  constexpr std::size_t kFew = 9;
+  constexpr std::size_t kFew = 5;
   while (sweep.points.size() > kFew) {
     std::vector<harness::SweepPoint> half;
     for (std::size_t i = 0; i < sweep.points.size(); ++i)

@@ -252,7 +252,8 @@ ordered_json to_json(const SweepRun& run) {
   const harness::Comparisons compared = harness::comparisons(run.results);
   json["verdicts_compared"] = {{"with_analysis", compared.with_analysis},
                                {"with_virtual_time", compared.with_virtual_time},
-                               {"near_boundary", compared.near_boundary}};
+                               {"near_boundary", compared.near_boundary},
+                               {"missed_ticks", compared.missed_ticks}};
   int probed = 0;
   const std::vector<std::string> not_set = not_as_set(run.results, probed);
   json["conditions_probed"] = probed;
@@ -384,8 +385,8 @@ std::string to_text(const SweepRun& run) {
     const harness::Comparisons c = harness::comparisons(run.results);
     text += fmt::format(
         "  verdicts compared: {} with the analysis, {} with virtual time; {} too near the "
-        "boundary\n",
-        c.with_analysis, c.with_virtual_time, c.near_boundary);
+        "boundary; {} not compared: the machine missed over 1 % of the ticks, twice\n",
+        c.with_analysis, c.with_virtual_time, c.near_boundary, c.missed_ticks);
   }
   text += fmt::format("  {} points, {} disagreements", run.results.size(), exact);
   if (exact != static_cast<std::ptrdiff_t>(found.size()))

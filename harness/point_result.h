@@ -38,6 +38,10 @@ struct VirtualTwin {
   double drag = kNotMeasured;  ///< [N s/m]
 };
 
+/// Ticks that a node missed, a share of those due, above which a session is compared with nothing:
+/// neither the analysis nor virtual time misses any.
+inline constexpr double kMostMissed = 0.01;
+
 /// A real session at a multiple of the predicted largest coupling.
 struct BoundaryTry {
   bool done = false;
@@ -46,6 +50,7 @@ struct BoundaryTry {
   /// exactly those of the run that the prediction was made from.
   double ratio = kNotMeasured;
   VirtualTwin twin;
+  double missed_share = 0.0;  ///< of its ticks
 };
 
 /// What one point of a sweep gave, in virtual time or on real sockets.
@@ -65,6 +70,10 @@ struct PointResult {
   BoundaryTry below, above;
   VirtualTwin twin;                    ///< real: of the sessions as they are
   double missed_share = kNotMeasured;  ///< real: of the ticks due, the worst node of all sessions
+  double kick_missed = 0.0, push_missed = 0.0;  ///< of those two sessions
+  /// Real: drag over this network of a hold without compensation, of which that of the other styles
+  /// is what is left or made up for [N s/m].
+  double hold_drag = kNotMeasured;
   std::vector<SeenLink> seen;
 };
 
@@ -99,6 +108,7 @@ struct Disagreement {
 struct Comparisons {
   int with_analysis = 0, with_virtual_time = 0;
   int near_boundary = 0;  ///< compared with neither
+  int missed_ticks = 0;   ///< compared with neither: kMostMissed
 };
 [[nodiscard]] Comparisons comparisons(const std::vector<PointResult>& results);
 

@@ -34,6 +34,14 @@ constexpr double kNear = 1.09;
   return scene;
 }
 
+/// The scene with samples held and nothing compensated.
+[[nodiscard]] core::Scene held(core::Scene scene) {
+  scene.reconstruction.kind = core::ReconstructionKind::kHold;
+  for (core::ObjectParameters& object : scene.objects)
+    object.compensation = object.compensation_rotation = 0.0;
+  return scene;
+}
+
 [[nodiscard]] bool is_axis(const core::Scene& scene) {
   return scene.space == core::Space::kAxis && !scene.objects.empty();
 }
@@ -179,6 +187,7 @@ class RealSweep {
   void as_it_is(const SessionJob& job, RecordedSession& session, PointResult& result) {
     if (job.name == "kick") {
       result.measures.stability = judge_stability(session.trajectory);
+      result.kick_missed = session.missed_share;
       result.twin = twin_of(job, session);
       links_[job.point] = session.links;
       note_links(result, session.links);
@@ -187,6 +196,7 @@ class RealSweep {
       const MeasuredDrag drag = measure_drag(session.trajectory, user, kPushForce);
       result.measures.drag = drag.n_s_per_m;
       result.measures.drag_settled = drag.settled;
+      result.push_missed = session.missed_share;
       Trajectory twin = run_virtual(pushed(result.point.scene, user, kPushForce),
                                     replayed_network(session.links), job.seconds);
       result.twin.drag = measure_drag(twin, user, kPushForce).n_s_per_m;
@@ -246,6 +256,7 @@ class RealSweep {
     result.prediction = predict(point.scene, measured_network(links_[i]),
                                 {.largest_coupling = true, .between_ticks = true});
     result.prediction.exact = is_steady(point.network);
+    result.hold_drag = predicted_drag(held(point.scene), measured_network(links_[i]));
     const double largest = result.prediction.largest_coupling;
     if (!options_.tries || !result.prediction.judged || !std::isfinite(largest) || largest <= 0.0)
       return;
@@ -259,6 +270,7 @@ class RealSweep {
                             PointResult& result) {
     BoundaryTry& attempt = job.name == "0.9" ? result.below : result.above;
     attempt.done = true;
+    attempt.missed_share = session.missed_share;
     attempt.stability = judge_stability(session.trajectory);
     const double coupling = coupling_of(job.scene);
     const core::Scene scene = with_coupling(result.point.scene, coupling);
@@ -325,7 +337,7 @@ void find_real_boundaries(std::vector<DelayBoundary>& boundaries, const RealOpti
       return;
     }
     double ticks = 0.0;
-    for (const MeasuredLink& link : outcome.session->links) ticks += link.steady_ticks;
+    for (const MeasuredLink& link : outcome.session->links) ticks += link.mean_ticks;
     const double delay = boundary.tick * ticks / static_cast<double>(outcome.session->links.size());
     const Stability verdict = judge_stability(outcome.session->trajectory);
     if (!verdict.judged) return;

@@ -37,7 +37,8 @@ class SessionBatches {
   SessionBatches(const std::string& name, int sites, int at_once, int most_nodes,
                  const NodeProgram& program);
 
-  /// In their order; `done(job, outcome)` after each. Throws HarnessError for what concerns the
+  /// `done(job, outcome)` after each. One that missed too many of its ticks (kMostMissed) runs
+  /// again at the end, and the better of the two counts. Throws HarnessError for what concerns the
   /// networks themselves, and Interrupted.
   void run(const std::vector<SessionJob>& jobs,
            const std::function<void(const SessionJob&, SessionOutcome)>& done);
@@ -48,6 +49,8 @@ class SessionBatches {
   [[nodiscard]] double session_seconds() const { return session_seconds_; }
 
  private:
+  void run_once(const std::vector<SessionJob>& jobs,
+                const std::function<void(const SessionJob&, SessionOutcome)>& done);
   std::vector<SessionOutcome> run_batch(const std::vector<Assignment>& assignments);
 
   std::vector<std::unique_ptr<RealNetwork>> networks_;

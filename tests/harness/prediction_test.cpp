@@ -102,6 +102,30 @@ TEST(Disagreements, VirtualTimeOverTheRecordedPacketsHasASayToo) {
   ASSERT_EQ(disagreements({r}).size(), 1u);  // a sixth off; the analysis is within a tenth
 }
 
+TEST(Disagreements, ASessionOfAStalledMachineIsComparedWithNothingAndCounted) {
+  PointResult r = real_point(1.1, true);  // would be one
+  r.measures.drag = 2.0;
+  r.prediction.drag = 1.0;  // and another
+  EXPECT_EQ(disagreements({r}).size(), 2u);
+  EXPECT_EQ(comparisons({r}).missed_ticks, 0);
+  r.kick_missed = r.push_missed = r.above.missed_share = 1.01 * kMostMissed;
+  EXPECT_TRUE(disagreements({r}).empty());
+  EXPECT_EQ(comparisons({r}).missed_ticks, 2);  // kick and 1.1
+  EXPECT_EQ(comparisons({r}).with_analysis, 0);
+}
+
+// 0.5 N s/m left of 10: a tenth of the 10, not of what is left.
+TEST(Disagreements, WhatCompensationLeavesIsKnownToATenthOfWhatAHoldHas) {
+  PointResult r = real_point(1.02, true);
+  r.prediction.drag = 0.5;
+  r.measures.drag = 1.4;
+  EXPECT_EQ(disagreements({r}).size(), 1u);
+  r.hold_drag = 10.0;
+  EXPECT_TRUE(disagreements({r}).empty());
+  r.measures.drag = 1.6;
+  EXPECT_EQ(disagreements({r}).size(), 1u);
+}
+
 TEST(Disagreements, ABoundaryInDelayIsNamedToATickAndATenth) {
   DelayBoundary b;
   b.scene = "box";

@@ -1,8 +1,13 @@
 #include "bench/cost.h"
 
 #include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
 #include <functional>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -183,6 +188,70 @@ double plain_axis_ns() {
   return took;
 }
 
+/// What the program bench_lacking beside this one printed: a replica's law as shipped, and compiled
+/// without each feature that its scene does not declare. Null: it is not built.
+ordered_json lacking(int rounds) {
+  std::error_code error;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+  const auto program = self.parent_path() / "bench_lacking";
+  if (error || !std::filesystem::exists(program, error)) return nullptr;
+  const std::string command = fmt::format("'{}' {}", program.string(), rounds);
+  const std::unique_ptr<FILE, int (*)(FILE*)> pipe(popen(command.c_str(), "r"), pclose);
+  std::string said;
+  std::array<char, 4096> part{};
+  for (std::size_t n; pipe && (n = fread(part.data(), 1, part.size(), pipe.get())) > 0;)
+    said.append(part.data(), n);
+  const ordered_json json = ordered_json::parse(said, nullptr, false);
+  if (json.is_discarded()) throw std::runtime_error("it printed no result: " + program.string());
+  return json["rows"];
+}
+
+/// The table of `lacking`, and whether a feature that is not declared costs anything: more than two
+/// compilations of the same source differ by, and more than a hundredth of the tick.
+std::string undeclared(const ordered_json& rows, ordered_json& json) {
+  if (rows.is_null())
+    return "What a feature costs that is not declared: not measured, build the target "
+           "bench_peers\n";
+  std::string text = fmt::format(
+      "One tick of a replica whose scene declares nothing, beside the same law compiled without a "
+      "feature\n{:>10} {:>10} {:>8} {:>13} {:>8}  {}\n",
+      "tick [ns]", "costs [ns]", "+- [ns]", "instructions", "costs", "not declared, left out");
+  bool nothing = true;
+  double noise = 0.0;
+  for (const ordered_json& row : rows) {
+    const std::string lacks = row["lacks"];
+    const double tick = row["tick_ns"], cost = row["cost_ns"], spread = row["spread_ns"];
+    text += fmt::format("{:10.1f} {:10.1f} {:8.1f} {:13.1f} {:8.1f}  {}: {}{}\n", tick, cost,
+                        spread, row["instructions"].get<double>(),
+                        row["cost_instructions"].get<double>(), row["space"].get<std::string>(),
+                        lacks, row["same_bits"].get<bool>() ? "" : " (OTHER BITS)");
+    if (lacks == "again") noise = std::max(noise, std::abs(cost) + spread);
+    nothing = nothing && row["same_bits"].get<bool>();
+  }
+  double most = 0.0, of = 0.0;
+  std::string most_by;
+  for (const ordered_json& row : rows) {
+    if (row["lacks"] == "all") continue;
+    const double tick = row["tick_ns"], cost = row["cost_ns"], spread = row["spread_ns"];
+    if (cost - spread > std::max(noise, 0.01 * tick)) nothing = false;
+    if (const double more = row["cost_instructions"]; more > most) {
+      most = more, of = more + row["instructions"].get<double>();
+      most_by = row["space"].get<std::string>() + ", " + row["lacks"].get<std::string>();
+    }
+  }
+  json["undeclared"] = rows;
+  json["undeclared_noise_ns"] = noise;
+  json["undeclared_most_instructions"] = {{"by", most_by}, {"costs", most}, {"of", of}};
+  json["undeclared_costs_nothing"] = nothing;
+  return text +
+         fmt::format(
+             "`again` is the shipped law compiled once more: up to {:.1f} ns are where code lies.\n"
+             "Most instructions: {:.0f} of {:.0f} ({}). No feature that is not declared takes "
+             "more\n"
+             "time than that and a hundredth of the tick: {}\n",
+             noise, most, of, most_by, nothing ? "so it is" : "NOT SO");
+}
+
 void run(int rounds, const std::string& json_file, const std::string& csv_file) {
   Features f;
   add_axis_rows(f);
@@ -247,9 +316,9 @@ void run(int rounds, const std::string& json_file, const std::string& csv_file) 
       "{:10.1f} {:>10} {:>8}  two masses and a coupler in plain doubles: the axis scene takes "
       "{:.1f}\n"
       "                                times that, for hand, packets' slots, faults and outputs\n"
-      "An axis tick costs {:.2f} of a planar one. What is not declared is the row above: no other\n"
-      "code runs for it.\n",
+      "An axis tick costs {:.2f} of a planar one.\n",
       by_hand, "", "", axis / by_hand, axis / plane);
+  text += undeclared(lacking(rounds), json);
   write_csv(csv_file, csv);
   report(json_file, text, json);
 }

@@ -108,6 +108,27 @@ def where_not(e, prefix):
     return "\n".join(lines) if lines else "Nowhere."
 
 
+def stick_slip(e):
+    """The error of that case is the spring's, which the scene declares."""
+    least = {c["stiffness"]: c["least_error"] for c in e["cases"] if c["case"] == "stick_slip"}
+    if len(least) < 2:
+        return ""
+    told = ", ".join(f"{error:.1e} m at {stiff:.0f} N/m" for stiff, error in sorted(least.items()))
+    return f": what is left of the error at the shortest steps is its give, {told}; the scene declares it"
+
+
+def better(e):
+    """Where another scheme than the default wins, in a sentence."""
+    key, words = "least_speedup_at_equal_error", []
+    for default, best in zip(e["cases"], e["best_scheme_cases"]):
+        before, now = default.get(key), best.get(key)
+        if before is None or now is None or before >= 5.0:
+            continue
+        words.append(f'{case_name(default)} {before:.1f} with the default, {now:.1f} at best '
+                     f'({best["against"]["tandem_setting"]} at the point that decides)')
+    return "Where the default falls short of 5: " + "; ".join(words) + "." if words else ""
+
+
 def schemes(e):
     runs = {}
     for r in e["runs"]:
@@ -134,6 +155,30 @@ def features(cost):
             rows.append([r["feature"], f'{r["tick_ns"]:.0f}',
                          f'{r["added_ns"]:+.0f} +- {r["spread_ns"]:.0f}', r["added_to"]])
     return table(["declared", "tick of the whole session [ns]", "added [ns]", "to"], rows)
+
+
+def undeclared(cost):
+    if "undeclared" not in cost:
+        return "no other code runs for it, but that was not measured in this run."
+    number = lambda r, key, form: "-" if r["instructions"] == 0 else format(r[key], form)
+    rows = [[r["space"], r["lacks"].replace("_", " "), f'{r["tick_ns"]:.1f}',
+             f'{r["cost_ns"]:+.1f} +- {r["spread_ns"]:.1f}', number(r, "instructions", ".1f"),
+             number(r, "cost_instructions", "+.1f"), "yes" if r["same_bits"] else "NO"]
+            for r in cost["undeclared"]]
+    head = ["scene", "law without", "its tick [ns]", "costs the shipped law [ns]",
+            "its instructions a tick", "costs the shipped law", "same bits"]
+    verdict = "So it is" if cost["undeclared_costs_nothing"] else "It is not so"
+    most = cost["undeclared_most_instructions"]
+    return f"""what that costs is measured: a replica of
+two users on a box that declares none of these, its law as shipped and compiled without the feature, in
+turns. `shipped` is the law itself, `again` the same compiled once more, which differs by where the code
+lies ({cost["undeclared_noise_ns"]:.1f} ns at most); instructions are counted one by one (a packet period
+and another, in the grasp).
+
+{table(head, rows)}
+
+No feature that is not declared takes more time than that and a hundredth of the tick: {verdict}. It is
+asked for, though, and that is {most["costs"]:.0f} of {most["of"]:.0f} instructions at most ({most["by"]})."""
 
 
 def growth(scale):
@@ -209,7 +254,7 @@ with, as far as they are nearer than a twentieth of the way.
 {chr(10).join(f"- `{k}`: {v}" for k, v in CASES.items())}
 
 The number behind a case is the stiffness of its coupler or wall [N/m] (`stick_slip`: of Tandem's
-tangential spring, which the true course does not have).
+tangential spring, which the true course does not have{stick_slip(e)}).
 
 ### The default scheme
 
@@ -223,7 +268,7 @@ Where it is not at least 5 times faster, or does not get there at all:
 
 ### The best scheme of Tandem for the case
 
-Least speed-up at equal error over all: {told(best, e["best_scheme_case"])}.
+Least speed-up at equal error over all: {told(best, e["best_scheme_case"])}. {better(e)}
 
 {verdict(e, "best_scheme_")}
 
@@ -247,7 +292,7 @@ by bisection within the tick would buy, beside the same force held from the star
 
 Two masses and a coupler in plain doubles take {cost["plain_axis_ns"]:.1f} ns; the axis scene takes
 {cost["axis_over_plain"]:.1f} times that, for hand, packets' slots, faults and outputs. What a scene does
-not declare is not in its row: no code runs for it.
+not declare is not in its row: {undeclared(cost)}
 
 ## A tick, and virtual time
 

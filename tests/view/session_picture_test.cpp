@@ -58,6 +58,24 @@ TEST(DrawnFinger, StaysOnTheSurfaceWhileTheHandSinksIn) {
   }
 }
 
+// A hand 2 mm inside a wall: the ball is drawn on the wall, its radius outside it.
+TEST(DrawnFinger, StaysOnAWallWhileTheHandIsInsideIt) {
+  core::Scene scene = scene::load_scene("box_distributed");
+  scene.walls[0].touches_fingers = true;
+  const core::WallParameters& wall = scene.walls[0];
+  const Layout layout(scene);
+  PacedSession::Options options;
+  options.speed = 0.0;
+  PacedSession paced(scene, options);
+  Snapshot seen;
+  ASSERT_TRUE(paced.fetch(seen));
+  const Vec3 n = glm::normalize(wall.normal);
+  seen.sites[0].fingers[0].p = wall.point - 0.002 * n;
+  const DrawnFinger at = drawn_finger(layout, seen, 0, 0);
+  EXPECT_NEAR(glm::dot(n, at.proxy - wall.point), layout.finger_radius(0, 0), 1e-12);
+  EXPECT_NEAR(glm::dot(n, at.hip - wall.point), -0.002, 1e-12);
+}
+
 TEST(DrawnFinger, IsTheHandWhereNothingIsTouched) {
   const core::Scene scene = scene::load_scene("box_distributed");
   const Layout layout(scene);

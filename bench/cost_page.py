@@ -168,11 +168,11 @@ def undeclared(cost):
     head = ["scene", "law without", "its tick [ns]", "costs the shipped law [ns]",
             "its instructions a tick", "costs the shipped law", "same bits"]
     verdict = "So it is" if cost["undeclared_costs_nothing"] else "It is not so"
-    most = cost["undeclared_most_instructions"]
+    most, noise = cost["undeclared_most_instructions"], cost["undeclared_noise_ns"]
     return f"""what that costs is measured: a replica of
 two users on a box that declares none of these, its law as shipped and compiled without the feature, in
 turns. `shipped` is the law itself, `again` the same compiled once more, which differs by where the code
-lies ({cost["undeclared_noise_ns"]:.1f} ns at most); instructions are counted one by one (a packet period
+lies (with its scatter {noise["axis"]:.1f} and {noise["plane"]:.1f} ns); instructions are counted one by one (a packet period
 and another, in the grasp).
 
 {table(head, rows)}

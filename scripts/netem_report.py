@@ -360,6 +360,7 @@ def main():
     ]
     machine = data["machine"]
     wrong = data["disagreement_list"]
+    c = data["verdicts_compared"]
     page = [
         "<!doctype html><html lang=en><head><meta charset=utf-8>",
         f"<title>Tandem: sweep {html.escape(data['sweep'])}</title><style>{CSS}</style></head><body>",
@@ -374,7 +375,10 @@ def main():
         f"measured and predicted where the prediction is exact, {data['approximate_disagreements']} where "
         f"jitter or loss was replaced by a steady network of the same mean age; "
         f"{data['near_boundary']} points within 10 % of the boundary, "
-        f"{data['failed']} failed.</p>",
+        f"{data['failed']} failed."
+        + (f" <b>Compared: {c['with_analysis']} verdicts with the analysis, {c['with_virtual_time']} "
+           f"with virtual time; {c['missed_ticks']} not, because the machine missed over 1 % of the "
+           "ticks.</b>" if "sockets" in data["on"] else "") + "</p>",
     ]
     if wrong:
         page.append("<ul>" + "".join(

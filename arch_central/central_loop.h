@@ -13,10 +13,10 @@ namespace tandem::central {
 
 /// Server, clients, links and hands of the centralized architecture as one discrete map, in virtual
 /// time. A single user is the same loop with one local user and no links (chapter 3).
-template <typename World_>
+template <typename LoopWorld>
 class CentralLoop {
  public:
-  using World = World_;
+  using World = LoopWorld;
   using Server = ServerLaw<World>;
   using Client = ClientLaw<World>;
   using Vector = typename World::Vector;

@@ -12,10 +12,10 @@ namespace tandem::distributed {
 
 /// All replicas of a session closed over modelled links and simulated hands: the whole session as
 /// one discrete map, in virtual time, bit for bit repeatable. Copying a loop copies the session.
-template <typename World_>
+template <typename LoopWorld>
 class DistributedLoop {
  public:
-  using World = World_;
+  using World = LoopWorld;
   using Law = ReplicaLaw<World>;
   using Vector = typename World::Vector;
   using Site = core::SiteState<World>;

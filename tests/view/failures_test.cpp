@@ -10,6 +10,8 @@
 #include "recording/recording_reader.h"
 #include "tests/system/program.h"
 #include "tests/view/x_server.h"
+#include "view/gl_window.h"
+#include "view/shader.h"
 
 // Whatever happens to the window, the person is told and the node goes on to its end.
 namespace tandem::test {
@@ -84,6 +86,37 @@ TEST(ViewFailures, TheWindowIsClosedAndTheNodeGoesOn) {
             std::string::npos)
       << program.output();
   expect_whole(file);
+}
+
+TEST(ViewFailures, AShaderThatDoesNotCompileIsSaidWithTheDriversWords) {
+  view::GlWindow::Options options;
+  options.width = options.height = 64;
+  options.offscreen = true;
+  const view::GlWindow window(options);
+  const char* vertex = "#version 330 core\nvoid main() { gl_Position = vec4(0.0); }\n";
+  const char* broken = "#version 330 core\nvoid main() { nonsense(); }\n";
+  try {
+    const view::Shader shader("paint", vertex, broken);
+    FAIL() << "it was taken";
+  } catch (const view::WindowError& e) {
+    EXPECT_NE(std::string(e.what()).find("the fragment shader \"paint\""), std::string::npos)
+        << e.what();
+    EXPECT_NE(std::string(e.what()).find("nonsense"), std::string::npos) << e.what();
+  }
+}
+
+TEST(ViewFailures, AHostThatGoesIsSaidAndTheSpectatorWaitsForIt) {
+  unsetenv("DISPLAY");
+  const std::string a = free_address();
+  Program host(
+      node({"server", "--scene", "plane_single", "--bind", a, "--seconds", "1", "--quiet"}));
+  ASSERT_TRUE(host.says("server: scene"));
+  Program viewer({"view", "--connect", a, "--seconds", "2", "--size", "200x150", "--fps", "20",
+                  "--no-margin"});
+  EXPECT_EQ(host.wait(), 0) << host.output();
+  EXPECT_EQ(viewer.wait(), 0) << viewer.output();
+  EXPECT_NE(viewer.output().find(a + " left the session"), std::string::npos) << viewer.output();
+  EXPECT_NE(viewer.output().find("time is over"), std::string::npos) << viewer.output();
 }
 
 TEST(ViewFailures, NoDisplayOfThatNameIsSaid) {

@@ -3,7 +3,6 @@
 
   bench/lacking.py FEATURE FOLDER   writes into FOLDER the headers of core/ that have the feature,
                                     without it; `shipped` and `again`: nothing is changed
-  bench/lacking.py list             the features
 
 An edit that no longer fits the sources is an error: then it has to be written anew here.
 """
@@ -57,9 +56,6 @@ FEATURES["all"] = [edit for name in FEATURES for edit in FEATURES[name]]
 
 
 def main():
-    if sys.argv[1:] == ["list"]:
-        print(";".join(FEATURES), end="")
-        return
     if len(sys.argv) != 3 or sys.argv[1] not in FEATURES:
         sys.exit(__doc__)
     os.makedirs(sys.argv[2], exist_ok=True)

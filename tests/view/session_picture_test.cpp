@@ -13,15 +13,20 @@
 namespace tandem::view {
 namespace {
 
-// The paced session is the loop and nothing else: the same bits after five seconds.
-TEST(PacedSession, ShowsWhatTheLoopHas) {
-  const core::Scene scene = scene::load_scene("box_distributed");
+/// What a session that waits for nobody shows at `time` [s].
+bool see_at(const core::Scene& scene, double time, Snapshot& seen) {
   PacedSession::Options options;
   options.speed = 0.0;
   PacedSession paced(scene, options);
-  paced.advance_to(5.0);
+  paced.advance_to(time);
+  return paced.fetch(seen);
+}
+
+// The paced session is the loop and nothing else: the same bits after five seconds.
+TEST(PacedSession, ShowsWhatTheLoopHas) {
+  const core::Scene scene = scene::load_scene("box_distributed");
   Snapshot seen;
-  ASSERT_TRUE(paced.fetch(seen));
+  ASSERT_TRUE(see_at(scene, 5.0, seen));
   distributed::DistributedLoop<core::PlaneWorld> loop(scene);
   for (int k = 0; k < 5 * 1024; ++k) loop.tick();
   EXPECT_EQ(seen.slot, loop.slot());
@@ -37,12 +42,8 @@ TEST(PacedSession, ShowsWhatTheLoopHas) {
 TEST(DrawnFinger, StaysOnTheSurfaceWhileTheHandSinksIn) {
   const core::Scene scene = scene::load_scene("box_distributed");
   const Layout layout(scene);
-  PacedSession::Options options;
-  options.speed = 0.0;
-  PacedSession paced(scene, options);
-  paced.advance_to(4.0);
   Snapshot seen;
-  ASSERT_TRUE(paced.fetch(seen));
+  ASSERT_TRUE(see_at(scene, 4.0, seen));
   const Body& box = seen.sites[0].objects[0];
   for (int f = 0; f < 2; ++f) {
     const Finger& finger = seen.sites[0].fingers[f];
@@ -64,11 +65,8 @@ TEST(DrawnFinger, StaysOnAWallWhileTheHandIsInsideIt) {
   scene.walls[0].touches_fingers = true;
   const core::WallParameters& wall = scene.walls[0];
   const Layout layout(scene);
-  PacedSession::Options options;
-  options.speed = 0.0;
-  PacedSession paced(scene, options);
   Snapshot seen;
-  ASSERT_TRUE(paced.fetch(seen));
+  ASSERT_TRUE(see_at(scene, 0.0, seen));
   const Vec3 n = glm::normalize(wall.normal);
   seen.sites[0].fingers[0].p = wall.point - 0.002 * n;
   const DrawnFinger at = drawn_finger(layout, seen, 0, 0);
@@ -79,11 +77,8 @@ TEST(DrawnFinger, StaysOnAWallWhileTheHandIsInsideIt) {
 TEST(DrawnFinger, IsTheHandWhereNothingIsTouched) {
   const core::Scene scene = scene::load_scene("box_distributed");
   const Layout layout(scene);
-  PacedSession::Options options;
-  options.speed = 0.0;
-  PacedSession paced(scene, options);
   Snapshot seen;
-  ASSERT_TRUE(paced.fetch(seen));
+  ASSERT_TRUE(see_at(scene, 0.0, seen));
   const DrawnFinger at = drawn_finger(layout, seen, 1, 0);
   EXPECT_NEAR(at.proxy.x, -0.035, 1e-12);
   EXPECT_NEAR(at.proxy.y, -0.012, 1e-12);

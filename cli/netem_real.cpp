@@ -127,6 +127,10 @@ void add_real_options(CLI::App& command, RealRequest& request) {
   real->add_option("--at-once", request.at_once, "sessions that run at the same time")
       ->check(CLI::Range(1, 4))
       ->capture_default_str();
+  real->add_flag(
+      "--host-clock", request.host_clock,
+      "user-mode Linux has this machine's clock, stalls and all (default: one of its own "
+      "that leaves out idle time and what this machine takes away)");
   real->add_flag("--check", request.check, "only say where netem is on this machine");
   real->add_flag("--clean", request.clean, "only remove what killed runs left behind");
 }
@@ -137,7 +141,7 @@ bool do_chores(const RealRequest& request) {
   return request.clean || request.check;
 }
 
-std::optional<int> run_elsewhere(const RealRequest&) {
+std::optional<int> run_elsewhere(const RealRequest& request) {
   (void)harness::Caretaker::instance();
   if (harness::inside_guest()) {
     harness::settle_inside_guest();
@@ -149,7 +153,9 @@ std::optional<int> run_elsewhere(const RealRequest&) {
   if (!place.guest.ready()) throw Failed(what_it_needs(place));
   fmt::print(stderr, "no netem here ({}): everything runs in user-mode Linux, {}\n",
              place.why_not_here, place.guest.program);
-  return harness::run_in_guest(place.guest, own_command_line());
+  return harness::run_in_guest(
+      place.guest, own_command_line(),
+      request.host_clock ? harness::GuestClock::kHost : harness::GuestClock::kOwn);
 }
 
 RealRun run_real(const harness::Sweep& sweep, const RealRequest& request,

@@ -20,6 +20,7 @@ struct RealRequest {
   std::string name;                     ///< of the namespaces; empty: tandem-<pid>
   std::string folder = "tandem-netem";  ///< recordings and reports of the nodes
   int at_once = 2;
+  bool host_clock = false;  ///< of user-mode Linux
 };
 
 void add_real_options(CLI::App& command, RealRequest& request);

@@ -57,16 +57,29 @@ constexpr const char* kHint =
   return true;
 }
 
-[[nodiscard]] std::string describe_host() {
+[[nodiscard]] std::string describe_host(GuestClock clock) {
   utsname kernel{};
   uname(&kernel);
-  return fmt::format("Linux {} ({}), one processor, SCHED_FIFO {} {}", kernel.release,
-                     kernel.version, kPriority, may_be_first() ? "granted" : "not granted");
+  return fmt::format("Linux {} ({}), one processor, SCHED_FIFO {} {}, {}", kernel.release,
+                     kernel.version, kPriority, may_be_first() ? "granted" : "not granted",
+                     clock == GuestClock::kOwn
+                         ? "a clock of its own (without host stalls and idle time)"
+                         : "the host's clock");
+}
+
+/// Loaded into the guest's kernel for a clock of its own: beside this program where it was built,
+/// in lib/tandem where it is installed. Empty: not found.
+[[nodiscard]] std::string find_clock() {
+  std::error_code ignored;
+  const fs::path folder = fs::read_symlink("/proc/self/exe", ignored).parent_path();
+  for (const fs::path& place : {folder, folder.parent_path() / TANDEM_INSTALLED_LIBRARIES})
+    if (fs::path file = place / "tandem_guest_clock.so"; fs::exists(file, ignored)) return file;
+  return {};
 }
 
 /// What the guest's first process runs. The command's exit status and end are left in files.
 [[nodiscard]] std::string init_script(const GuestKernel& kernel, const std::string& folder,
-                                      const std::vector<std::string>& words) {
+                                      const std::vector<std::string>& words, GuestClock clock) {
   std::string command;
   for (const std::string& word : words) command += quoted(word) + " ";
   const char* home = std::getenv("HOME");
@@ -83,7 +96,7 @@ constexpr const char* kHint =
       fmt::arg("home", quoted(home != nullptr ? home : "/root")), fmt::arg("inside", kInside),
       fmt::arg("modules", quoted(kernel.modules)), fmt::arg("terminal", kTerminal),
       fmt::arg("watched", on_terminal() ? 1 : 0), fmt::arg("host", kHost),
-      fmt::arg("described", quoted(describe_host())),
+      fmt::arg("described", quoted(describe_host(clock))),
       fmt::arg("here", quoted(fs::current_path().string())), fmt::arg("command", command),
       fmt::arg("folder", folder));
 }
@@ -140,7 +153,8 @@ void pin_to_one_processor() {
   sched_setaffinity(0, sizeof(one), &one);
 }
 
-[[nodiscard]] pid_t boot(const GuestKernel& kernel, const std::string& folder) {
+[[nodiscard]] pid_t boot(const GuestKernel& kernel, const std::string& folder,
+                         const std::string& clock) {
   const std::string init = "init=" + folder + "/init";
   const std::string console = folder + "/console";
   const std::vector<std::string> words{kernel.program,
@@ -172,6 +186,7 @@ void pin_to_one_processor() {
   sched_setscheduler(0, SCHED_FIFO, &priority);
   // Its process numbers file and sockets; its default is below HOME.
   setenv("HOME", folder.c_str(), 1);
+  if (!clock.empty()) setenv("LD_PRELOAD", clock.c_str(), 1);
   const int nowhere = open("/dev/null", O_RDONLY);
   const int out = open(console.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   dup2(nowhere, STDIN_FILENO);
@@ -313,7 +328,13 @@ void remove_guests(const std::vector<std::string>& folders) {
   }
 }
 
-int run_in_guest(const GuestKernel& kernel, const std::vector<std::string>& words) {
+int run_in_guest(const GuestKernel& kernel, const std::vector<std::string>& words,
+                 GuestClock wanted) {
+  const std::string clock = wanted == GuestClock::kOwn ? find_clock() : "";
+  if (wanted == GuestClock::kOwn && clock.empty())
+    throw HarnessError(
+        "tandem_guest_clock.so is neither beside this program nor installed with it; build or "
+        "install the whole of Tandem, or add --host-clock");
   std::string folder =
       (fs::temp_directory_path() / fmt::format("{}{}-XXXXXX", kFolderName, getpid())).string();
   if (mkdtemp(folder.data()) == nullptr)
@@ -323,12 +344,12 @@ int run_in_guest(const GuestKernel& kernel, const std::vector<std::string>& word
   caretaker.remove_folder_at_end(folder);
   {
     std::ofstream init(folder + "/init");
-    init << init_script(kernel, folder, words);
+    init << init_script(kernel, folder, words, wanted);
     if (!init.flush()) throw HarnessError("cannot write " + folder + "/init: disk full?");
   }
   fs::permissions(folder + "/init", fs::perms::owner_all);
 
-  const pid_t guest = boot(kernel, folder);
+  const pid_t guest = boot(kernel, folder, clock);
   caretaker.kill_group_at_end(guest);
   std::ofstream(folder + "/pid") << guest << "\n";
   Tail out(folder + "/out", stdout), err(folder + "/err", stderr);

@@ -17,6 +17,12 @@ struct GuestKernel {
 /// Looks for linux.uml in PATH, and for modules beside it.
 [[nodiscard]] GuestKernel find_guest_kernel();
 
+/// What a guest's clock is.
+enum class GuestClock {
+  kHost,  ///< the host's: a processor that the host takes away makes force loops miss ticks
+  kOwn    ///< harness/guest_time.h: without host stalls, without idle time
+};
+
 /// Whether this process runs inside a guest that run_in_guest booted.
 [[nodiscard]] bool inside_guest();
 
@@ -31,11 +37,13 @@ void settle_inside_guest();
 
 /// Boots the guest, runs one command line in it as root in the current folder, and ends it. What
 /// the command says appears on our standard output and error as it comes. The guest is pinned to
-/// one processor and asks for SCHED_FIFO 50, for punctual timers.
+/// one processor and asks for SCHED_FIFO 50, for punctual timers; with a clock of its own nothing
+/// that runs in it can tell how long it took.
 /// Ctrl-C, SIGTERM and the death of this process end the guest. Returns the exit status of the
 /// command. Throws HarnessError with the end of the guest's console when it does not come up or
 /// breaks down.
-[[nodiscard]] int run_in_guest(const GuestKernel& kernel, const std::vector<std::string>& words);
+[[nodiscard]] int run_in_guest(const GuestKernel& kernel, const std::vector<std::string>& words,
+                               GuestClock clock);
 
 /// Folders of guests whose process is gone, left by runs that were killed together with the process
 /// that cleans up after them.

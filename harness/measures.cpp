@@ -128,8 +128,8 @@ SiteMeasures measure_site(const Trajectory& session, const SiteTrajectory& site,
 
 }  // namespace
 
-StabilityMeter::StabilityMeter(double seconds, double packet_period)
-    : seconds_(seconds), period_(packet_period) {}
+StabilityMeter::StabilityMeter(double seconds, double packet_period, double floor)
+    : seconds_(seconds), period_(packet_period), floor_(floor) {}
 
 void StabilityMeter::add(double time, int which, double distance) {
   if (left_) return;
@@ -164,16 +164,17 @@ Stability StabilityMeter::judge() const {
   const auto widest = [&](int from, int to) {
     return *std::max_element(e.begin() + from, e.begin() + to);
   };
-  if (widest(0, kWindows) <= kFloor) return out;  // nothing moved
+  const double floor = std::max(kFloor, floor_ * widest(0, kWindows));
+  if (widest(0, kWindows) <= floor) return out;  // nothing moved
   out.judged = true;
 
   int start = 0;
-  while (e[start] <= kFloor && start < kWindows - 1) ++start;
+  while (e[start] <= floor && start < kWindows - 1) ++start;
   // Slope of log e over the windows [from, to) that are above the floor; not a number of too few.
   const auto fitted = [&](int from, int to, int least) {
     double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
     for (int w = from; w < to; ++w) {
-      if (e[w] <= kFloor) continue;
+      if (e[w] <= floor) continue;
       const double x = (w + 0.5) * seconds_ / kWindows, y = std::log(e[w]);
       n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
     }
@@ -182,7 +183,7 @@ Stability StabilityMeter::judge() const {
   double slope = fitted(kWindows / 2, kWindows, 4);
   // What has died out before has told its growth on the way down.
   int end = start;
-  while (end < kWindows && e[end] > kFloor) ++end;
+  while (end < kWindows && e[end] > floor) ++end;
   const double shown = std::isfinite(slope) ? slope : fitted(start + 1, end, 3);
   if (std::isfinite(shown)) {
     out.growth_per_s = std::exp(shown);
@@ -206,11 +207,11 @@ Stability StabilityMeter::judge() const {
   return out;
 }
 
-Stability judge_stability(const Trajectory& session) {
+Stability judge_stability(const Trajectory& session, double floor) {
   const std::int64_t last = last_slot(session);
   const double seconds = static_cast<double>(last - session.first_slot) * session.tick;
   if (session.sites.empty() || !(seconds > 0.5)) return {};
-  StabilityMeter meter(seconds, session.tick * session.ticks_per_packet);
+  StabilityMeter meter(seconds, session.tick * session.ticks_per_packet, floor);
   const auto copies = with_object(session);
   if (copies.empty()) return {};
   int which = 0;

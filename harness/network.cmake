@@ -27,3 +27,17 @@ tandem_add_library(harness_network
     session_batches.cpp
   LINK tandem::core tandem::harness nlohmann_json::nlohmann_json
   PRIVATE_LINK tandem::recording tandem::scene fmt::fmt Threads::Threads)
+target_compile_definitions(tandem_harness_network PRIVATE
+  TANDEM_INSTALLED_LIBRARIES="${CMAKE_INSTALL_LIBDIR}/tandem")
+
+# Loaded into user-mode Linux, which has no C++ library; without the sanitizers of this build.
+add_library(tandem_guest_clock MODULE guest_clock.cpp guest_time.h)
+target_link_libraries(tandem_guest_clock PRIVATE tandem_options ${CMAKE_DL_LIBS})
+target_compile_features(tandem_guest_clock PRIVATE cxx_std_20)
+target_compile_options(tandem_guest_clock PRIVATE
+  -fno-exceptions -fno-rtti -fno-threadsafe-statics -fvisibility=hidden -fno-sanitize=all)
+target_link_options(tandem_guest_clock PRIVATE -fno-sanitize=all)
+target_include_directories(tandem_guest_clock PRIVATE ${PROJECT_SOURCE_DIR})
+set_target_properties(tandem_guest_clock PROPERTIES
+  LINKER_LANGUAGE C PREFIX "" LIBRARY_OUTPUT_DIRECTORY ${CMAKE_RUNTIME_OUTPUT_DIRECTORY})
+install(TARGETS tandem_guest_clock LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR}/tandem)

@@ -68,6 +68,26 @@ TEST(Stability, GrowthThatASaturationHoldsIsSeen) {
   EXPECT_FALSE(s.stable);
 }
 
+// The kick has died out, and a murmur is left that happens to swell a little.
+TEST(Stability, OnSocketsAMurmurFarBelowTheKickIsNoGrowth) {
+  const Trajectory t = session(5.0, [](int, double time, SiteSample& s) {
+    s.hand[0].x = 2e-3 * std::exp(-12.0 * time) * std::cos(40.0 * time) +
+                  1e-9 * std::exp(0.2 * time) * std::cos(300.0 * time);
+  });
+  EXPECT_FALSE(judge_stability(t).stable);  // exact in virtual time: there it is growth
+  EXPECT_TRUE(judge_stability(t, kFloorOnSockets).stable);
+  EXPECT_TRUE(judge_stability(t, kFloorOnSockets).judged);
+}
+
+// Another part of the motion grows as slowly, from a thousandth of the kick.
+TEST(Stability, OnSocketsGrowthAboveTheMurmurIsSeen) {
+  const Trajectory t = session(5.0, [](int, double time, SiteSample& s) {
+    s.hand[0].x = 2e-3 * std::exp(-12.0 * time) * std::cos(40.0 * time) +
+                  2e-6 * std::exp(0.2 * time) * std::cos(300.0 * time);
+  });
+  EXPECT_FALSE(judge_stability(t, kFloorOnSockets).stable);
+}
+
 TEST(Stability, NothingThatMovesIsNotJudged) {
   EXPECT_FALSE(judge_stability(session(2.0, [](int, double, SiteSample&) {})).judged);
 }

@@ -114,15 +114,15 @@ TEST(Disagreements, ASessionOfAStalledMachineIsComparedWithNothingAndCounted) {
   EXPECT_EQ(comparisons({r}).with_analysis, 0);
 }
 
-// 0.5 N s/m left of 10: a tenth of the 10, not of what is left.
-TEST(Disagreements, WhatCompensationLeavesIsKnownToATenthOfWhatAHoldHas) {
+// 0.5 N s/m left of 10: a tenth of what is left, or a fiftieth of the 10.
+TEST(Disagreements, WhatCompensationLeavesIsKnownToAFiftiethOfWhatAHoldHas) {
   PointResult r = real_point(1.02, true);
   r.prediction.drag = 0.5;
-  r.measures.drag = 1.4;
+  r.measures.drag = 0.69;
   EXPECT_EQ(disagreements({r}).size(), 1u);
   r.hold_drag = 10.0;
   EXPECT_TRUE(disagreements({r}).empty());
-  r.measures.drag = 1.6;
+  r.measures.drag = 0.71;
   EXPECT_EQ(disagreements({r}).size(), 1u);
 }
 

@@ -1,7 +1,9 @@
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <unistd.h>
 
 #include <fmt/format.h>
 
@@ -10,7 +12,7 @@
 #include "cli/netem_report.h"
 #include "cli/options.h"
 #include "cli/picture.h"
-#include "harness/guest.h"
+#include "harness/caretaker.h"
 #include "harness/prediction.h"
 #include "harness/virtual_run.h"
 #include "scene/load_scene.h"
@@ -40,43 +42,55 @@ volatile std::sig_atomic_t netem_interrupted = 0;
 class Progress {
  public:
   Progress(std::string name, std::string unit) : name_(std::move(name)), unit_(std::move(unit)) {
-    terminal_ = harness::on_terminal();
+    terminal_ = isatty(STDERR_FILENO) == 1;
     before_ = std::signal(SIGINT, [](int) { netem_interrupted = 1; });
   }
-  ~Progress() { std::signal(SIGINT, before_); }
+  ~Progress() {
+    std::signal(SIGINT, before_);
+    if (shown_) std::fputc('\n', stderr);
+  }
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
 
-  bool operator()(int done, int all, const std::string& doing = {}) const {
+  bool operator()(int done, int all, const std::string& doing = {}) {
     if (terminal_) {
+      shown_ = true;
       constexpr int kWidth = 30;
-      const int full = all > 0 ? kWidth * done / all : kWidth;
+      const int full = all > 0 ? kWidth * std::min(done, all) / all : 0;
       const double spent = std::chrono::duration<double>(Clock::now() - start_).count();
-      fmt::print(stderr, "\r\033[K{:8} [{:#>{}}{:.>{}}] {}/{} {}, {:.0f} s  {:.40}{}", name_, "",
-                 full, "", kWidth - full, done, all, unit_, spent, doing, done == all ? "\n" : "");
+      fmt::print(stderr, "\r\033[K{:8} [{:#>{}}{:.>{}}] {}/{} {}, {:.0f} s  {:.40}", name_, "",
+                 full, "", kWidth - full, done, all, unit_, spent, doing);
       std::fflush(stderr);
     }
     return netem_interrupted == 0;
+  }
+  /// A line of its own above it.
+  void say(const std::string& line) const {
+    fmt::print(stderr, "{}{}\n", terminal_ ? "\r\033[K" : "", line);
   }
 
  private:
   using Clock = std::chrono::steady_clock;
   std::string name_, unit_;
-  bool terminal_ = false;
+  bool terminal_ = false, shown_ = false;
   Clock::time_point start_ = Clock::now();
   void (*before_)(int) = SIG_DFL;
 };
 
-/// The scenes of the thesis' chapter 8, whose boundary in delay is named.
-std::vector<harness::DelayBoundary> delay_boundaries(bool quick) {
+/// The scenes of the thesis' chapter 8, whose boundary in delay is named: by analysis, and by
+/// `search` in virtual time.
+std::vector<harness::DelayBoundary> delay_boundaries(const harness::Sweep& sweep, bool quick,
+                                                     bool search) {
   constexpr double kLongest = 0.1;
   std::vector<harness::DelayBoundary> out;
+  if (sweep.name != "thesis" && sweep.name != "delay") return out;
   for (const char* name : {"box_central_table_8_1", "box_distributed"}) {
     const core::Scene scene = scene::load_scene(name);
     harness::DelayBoundary b;
     b.scene = name;
     b.predicted = harness::predicted_delay_boundary(scene, kLongest);
-    b.in_virtual_time = harness::search_delay_boundary(scene, kLongest, quick ? 10.0 : 20.0);
+    if (search)
+      b.in_virtual_time = harness::search_delay_boundary(scene, kLongest, quick ? 10.0 : 20.0);
     out.push_back(b);
   }
   return out;
@@ -101,12 +115,8 @@ SweepRun run_one(const NetemOptions& o, const std::string& name) {
   run.sweep = load(o, name);
   run.seed = o.seed;
   run.real = !o.virtual_time;
-  const Progress line(name, o.virtual_time ? "points" : "sessions");
-  const auto progress = [&](int done, int all, const std::string& doing) {
-    return line(done, all, doing);
-  };
-  if (run.sweep.name == "thesis" || run.sweep.name == "delay")
-    run.boundaries = delay_boundaries(o.quick);
+  Progress line(name, o.virtual_time ? "points" : "sessions");
+  run.boundaries = delay_boundaries(run.sweep, o.quick, true);
   try {
     if (o.virtual_time) {
       harness::VirtualOptions options;
@@ -117,10 +127,13 @@ SweepRun run_one(const NetemOptions& o, const std::string& name) {
       run.results = harness::run_virtual_sweep(run.sweep, options,
                                                [&](int done, int all) { return line(done, all); });
     } else {
-      RealRun real = run_real(run.sweep, o.real, run.boundaries, progress);
+      RealRun real = run_real(
+          run.sweep, o.real, run.boundaries,
+          {[&](int done, int all, const std::string& doing) { return line(done, all, doing); },
+           [&](const std::string& text) { line.say(text); }});
       run.results = std::move(real.results);
       run.left_out = std::move(real.left_out);
-      run.setting = real_setting();
+      run.setting = std::move(real.setting);
     }
   } catch (const std::runtime_error&) {
     if (netem_interrupted == 0) throw;
@@ -148,9 +161,11 @@ void run(NetemOptions& o) {
     if (do_chores(o.real)) return;
     if (o.sweep == "all")
       throw CLI::ValidationError("--sweep", "all sweeps at once only with --virtual");
-    if (const auto status = run_elsewhere(o.real)) {
-      if (*status != 0) throw Failed("");
-      return;
+    // Early: it forks, and turns signals into words.
+    (void)harness::Caretaker::instance();
+    if (o.real.is_worker()) {
+      const harness::Sweep sweep = load(o, o.sweep);
+      return run_real_part(sweep, o.real, delay_boundaries(sweep, o.quick, false));
     }
   }
   const bool recorded = !o.round_trips.empty() || !o.one_way.empty() || !o.stamps.empty();
@@ -242,7 +257,11 @@ void add_netem(CLI::App& app) {
     try {
       run(*o);
     } catch (const harness::SweepError& e) {
-      throw CLI::ValidationError("--sweep", e.what());
+      const char* given = !o->round_trips.empty() ? "--round-trips"
+                          : !o->one_way.empty()   ? "--one-way"
+                          : !o->stamps.empty()    ? "--stamps"
+                                                  : "--sweep";
+      throw CLI::ValidationError(given, e.what());
     }
   });
 }

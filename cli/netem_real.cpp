@@ -14,6 +14,7 @@
 #include "harness/caretaker.h"
 #include "harness/child.h"
 #include "harness/guest.h"
+#include "harness/guest_sweep.h"
 #include "harness/harness_error.h"
 #include "harness/namespaces.h"
 #include "harness/real_sweep.h"
@@ -113,6 +114,64 @@ harness::Sweep as_carried(harness::Sweep sweep, std::vector<std::string>& left_o
   return sweep;
 }
 
+/// A point that is not run is in `left_out`.
+harness::Sweep as_run(const harness::Sweep& sweep, const RealRequest& request,
+                      std::vector<std::string>& left_out) {
+  harness::Sweep carried = as_carried(sweep, left_out);
+  return request.quick ? thinned(std::move(carried)) : carried;
+}
+
+std::string real_setting() {
+  utsname kernel{};
+  uname(&kernel);
+  const std::string own = fmt::format("Linux {} ({})", kernel.release, kernel.version);
+  return harness::inside_guest() ? fmt::format("user-mode {} on {}", own, harness::guest_host())
+                                 : own;
+}
+
+/// Where netem is.
+std::vector<harness::PointResult> run_here(const harness::Sweep& sweep, const RealRequest& request,
+                                           const harness::SweepPart& part,
+                                           std::vector<harness::DelayBoundary>& boundaries,
+                                           const harness::RealProgress& progress) {
+  harness::RealOptions options;
+  options.program.file = std::filesystem::read_symlink("/proc/self/exe").string();
+  if (harness::inside_guest()) options.program.main = run_program;
+  options.name = request.name.empty() ? harness::own_network_name() : request.name;
+  options.folder = request.folder;
+  options.at_once = request.at_once;
+  options.most_nodes = 2 * request.at_once;
+  options.part = part;
+  int before = 0, last = 0;
+  const harness::RealProgress added = [&](int done, int all, const std::string& doing) {
+    last = before + done;
+    progress(last, before + all, doing);
+  };
+  std::vector<harness::PointResult> results = harness::run_real_sweep(sweep, options, added);
+  before = last;
+  constexpr double kSeconds = 5.0;
+  if (!boundaries.empty())
+    harness::find_real_boundaries(boundaries, options, kSeconds, request.quick, added);
+  return results;
+}
+
+std::vector<harness::PointResult> run_there(const Place& place, harness::GuestClock clock,
+                                            const harness::Sweep& sweep,
+                                            std::vector<harness::DelayBoundary>& boundaries,
+                                            const harness::RealProgress& progress,
+                                            const RealListener& listener, std::string& setting) {
+  const std::size_t count = harness::guests_for(sweep);
+  listener.say(fmt::format("no netem here ({}): sessions run in user-mode Linux, {} guest{} of {}",
+                           place.why_not_here, count, count == 1 ? "" : "s", place.guest.program));
+  const std::vector<harness::PartResults> parts =
+      harness::run_in_guests(place.guest, clock, own_command_line(), sweep, progress, listener.say);
+  std::vector<harness::PointResult> results = harness::join_points(sweep, parts);
+  harness::join_boundaries(boundaries, parts);
+  setting = parts.front().setting;
+  if (count > 1) setting = fmt::format("{} guests at a time, each {}", count, setting);
+  return results;
+}
+
 }  // namespace
 
 void add_real_options(CLI::App& command, RealRequest& request) {
@@ -124,13 +183,17 @@ void add_real_options(CLI::App& command, RealRequest& request) {
                    "of the network namespaces: NAME-a-bridge, NAME-a-1, ... (default: "
                    "tandem-<process number>)")
       ->check([](const std::string& name) { return harness::problem_with_network_name(name); });
-  real->add_option("--at-once", request.at_once, "sessions that run at the same time")
+  real->add_option("--at-once", request.at_once,
+                   "sessions that run at the same time (on one processor, in user-mode Linux)")
       ->check(CLI::Range(1, 4))
       ->capture_default_str();
   real->add_flag(
       "--host-clock", request.host_clock,
       "user-mode Linux has this machine's clock, stalls and all (default: one of its own "
       "that leaves out idle time and what this machine takes away)");
+  for (auto& [name, value] : {std::pair<const char*, std::string&>{"--part", request.part},
+                              {"--part-results", request.part_results}})
+    command.add_option(name, value)->group("");
   real->add_flag("--check", request.check, "only say where netem is on this machine");
   real->add_flag("--clean", request.clean, "only remove what killed runs left behind");
 }
@@ -141,55 +204,51 @@ bool do_chores(const RealRequest& request) {
   return request.clean || request.check;
 }
 
-std::optional<int> run_elsewhere(const RealRequest& request) {
-  (void)harness::Caretaker::instance();
-  if (harness::inside_guest()) {
-    harness::settle_inside_guest();
-    return std::nullopt;
-  }
-  look_for_leftovers(false);
-  const Place place = find_place();
-  if (place.here) return std::nullopt;
-  if (!place.guest.ready()) throw Failed(what_it_needs(place));
-  fmt::print(stderr, "no netem here ({}): everything runs in user-mode Linux, {}\n",
-             place.why_not_here, place.guest.program);
-  return harness::run_in_guest(
-      place.guest, own_command_line(),
-      request.host_clock ? harness::GuestClock::kHost : harness::GuestClock::kOwn);
-}
-
 RealRun run_real(const harness::Sweep& sweep, const RealRequest& request,
-                 std::vector<harness::DelayBoundary>& boundaries,
-                 const std::function<bool(int, int, const std::string&)>& progress) {
+                 std::vector<harness::DelayBoundary>& boundaries, const RealListener& listener) {
   harness::Caretaker& caretaker = harness::Caretaker::instance();
   caretaker.listen();
-  harness::RealOptions options;
-  options.program.file = std::filesystem::read_symlink("/proc/self/exe").string();
-  if (harness::inside_guest()) options.program.main = run_program;
-  options.name = request.name.empty() ? harness::own_network_name() : request.name;
-  options.folder = request.folder;
-  options.at_once = request.at_once;
-  options.most_nodes = 2 * request.at_once;
-  const harness::RealProgress report = [&](int done, int all, const std::string& doing) {
-    if (!progress(done, all, doing)) throw harness::Interrupted();
-  };
   RealRun run;
-  const harness::Sweep carried = as_carried(sweep, run.left_out);
-  run.results =
-      harness::run_real_sweep(request.quick ? thinned(carried) : carried, options, report);
-  constexpr double kSeconds = 5.0;
-  if (!boundaries.empty())
-    harness::find_real_boundaries(boundaries, options, kSeconds, request.quick, report);
+  const harness::Sweep carried = as_run(sweep, request, run.left_out);
+  look_for_leftovers(false);
+  const Place place = find_place();
+  if (!place.here && !place.guest.ready()) throw Failed(what_it_needs(place));
+  const harness::RealProgress progress = [&](int done, int all, const std::string& doing) {
+    if (!listener.progress(done, all, doing)) throw harness::Interrupted();
+  };
+  run.setting = real_setting();
+  run.results = place.here ? run_here(carried, request, {}, boundaries, progress)
+                           : run_there(place,
+                                       request.host_clock ? harness::GuestClock::kHost
+                                                          : harness::GuestClock::kOwn,
+                                       carried, boundaries, progress, listener, run.setting);
   caretaker.forget();
   return run;
 }
 
-std::string real_setting() {
-  utsname kernel{};
-  uname(&kernel);
-  const std::string own = fmt::format("Linux {} ({})", kernel.release, kernel.version);
-  return harness::inside_guest() ? fmt::format("user-mode {} on {}", own, harness::guest_host())
-                                 : own;
+void run_real_part(const harness::Sweep& sweep, const RealRequest& request,
+                   std::vector<harness::DelayBoundary> boundaries) {
+  const auto part = harness::SweepPart::parse(request.part);
+  if (!part || request.part_results.empty() || !harness::inside_guest())
+    throw Failed(
+        "--part I/N and --part-results FILE are how `tandem netem` speaks with itself in "
+        "user-mode Linux");
+  harness::Caretaker::instance().listen();
+  harness::settle_inside_guest();
+  std::vector<std::string> left_out;
+  const harness::Sweep carried = as_run(sweep, request, left_out);
+  const auto progress = [](int done, int all, const std::string& doing) {
+    std::fputs(harness::progress_line(done, all, doing).c_str(), stdout);
+    std::fflush(stdout);
+  };
+  std::vector<harness::PointResult> results =
+      run_here(carried, request, *part, boundaries, progress);
+  harness::PartResults found;
+  found.setting = real_setting();
+  found.boundaries = std::move(boundaries);
+  for (std::size_t i = 0, k = 0; i < carried.points.size(); ++i)
+    if (part->has(i)) found.points.push_back({i, std::move(results.at(k++))});
+  harness::write_part(request.part_results, found);
 }
 
 }  // namespace tandem::cli

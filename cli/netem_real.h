@@ -1,7 +1,6 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,6 +20,9 @@ struct RealRequest {
   std::string folder = "tandem-netem";  ///< recordings and reports of the nodes
   int at_once = 2;
   bool host_clock = false;  ///< of user-mode Linux
+  /// Hidden: what the command is told that runs a part of a sweep in user-mode Linux.
+  std::string part, part_results;
+  [[nodiscard]] bool is_worker() const { return !part.empty() || !part_results.empty(); }
 };
 
 void add_real_options(CLI::App& command, RealRequest& request);
@@ -28,22 +30,29 @@ void add_real_options(CLI::App& command, RealRequest& request);
 /// True: the command was one of the chores (clean up, look what there is) and is done.
 [[nodiscard]] bool do_chores(const RealRequest& request);
 
-/// Exit status of the same command run where netem is, if it is not here; empty: go on here.
-[[nodiscard]] std::optional<int> run_elsewhere(const RealRequest& request);
-
 /// A sweep's points on real sockets.
 struct RealRun {
   std::vector<harness::PointResult> results;
   std::vector<std::string> left_out;  ///< points that were not run, and why
+  std::string setting;  ///< kernel and what real-time setting was granted, for the report
 };
 
-/// A point that fails is marked and the sweep goes on. `boundaries` have what analysis says, and
-/// get what sockets say. `progress(done, all, doing)` false: stops.
+/// How people hear of it. `progress(done, all, doing)` false: stops.
+struct RealListener {
+  std::function<bool(int, int, const std::string&)> progress;
+  std::function<void(const std::string&)> say;  ///< a line beside the progress
+};
+
+/// Here where the kernel has netem, else as workers in user-mode Linux, one a processor. A point
+/// that fails is marked and the sweep goes on. `boundaries` have what analysis says, and get what
+/// sockets say.
 [[nodiscard]] RealRun run_real(const harness::Sweep& sweep, const RealRequest& request,
                                std::vector<harness::DelayBoundary>& boundaries,
-                               const std::function<bool(int, int, const std::string&)>& progress);
+                               const RealListener& listener);
 
-/// Machine and what real-time setting was granted, for the report.
-[[nodiscard]] std::string real_setting();
+/// The life of a worker: its part of the sweep and of the boundaries, left in its file; progress on
+/// standard output.
+void run_real_part(const harness::Sweep& sweep, const RealRequest& request,
+                   std::vector<harness::DelayBoundary> boundaries);
 
 }  // namespace tandem::cli

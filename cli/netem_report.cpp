@@ -302,7 +302,7 @@ ordered_json to_json(const SweepRun& run) {
       p["virtual_time_over_recorded_packets"] = twin_json(r.twin);
       p["missed_ticks_share"] = number(r.missed_share);
     }
-    p["wall_s"] = r.wall_seconds;
+    if (!r.real) p["wall_s"] = r.wall_seconds;
     p["session_s"] = r.session_seconds;
     json["results"].push_back(std::move(p));
   }

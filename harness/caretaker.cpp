@@ -28,12 +28,16 @@ void take_care(int pipe) {
     const std::string duty = told.substr(0, end);
     if (duty == "forget")
       duties.clear();
+    else if (duty[0] == '-')
+      std::erase(duties, duty.substr(1));
     else
       duties.push_back(duty);
   }
+  // Nobody shall write into a folder that is being removed.
+  for (const std::string& duty : duties)
+    if (duty[0] == 'g') kill(-std::stoi(duty.substr(2)), SIGKILL);
   for (const std::string& duty : duties) {
     const std::string what = duty.substr(2);
-    if (duty[0] == 'g') kill(-std::stoi(what), SIGKILL);
     if (duty[0] == 'n') remove_namespaces(namespaces_of(what));
     std::error_code ignored;
     if (duty[0] == 'f') std::filesystem::remove_all(what, ignored);
@@ -91,6 +95,8 @@ void Caretaker::tell(const std::string& line) {
 void Caretaker::kill_group_at_end(pid_t leader) { tell("g " + std::to_string(leader)); }
 void Caretaker::remove_folder_at_end(const std::string& folder) { tell("f " + folder); }
 void Caretaker::remove_network_at_end(const std::string& name) { tell("n " + name); }
+void Caretaker::group_has_ended(pid_t leader) { tell("-g " + std::to_string(leader)); }
+void Caretaker::folder_is_removed(const std::string& folder) { tell("-f " + folder); }
 void Caretaker::forget() { tell("forget"); }
 
 }  // namespace tandem::harness

@@ -23,6 +23,9 @@ class Caretaker {
   void remove_folder_at_end(const std::string& folder);
   /// Its namespaces, if Namespaces made them; called by it.
   void remove_network_at_end(const std::string& name);
+  /// Done by others since, and its number or name may soon be somebody else's.
+  void group_has_ended(pid_t leader);
+  void folder_is_removed(const std::string& folder);
   /// All is done: nothing of what was told is needed any more.
   void forget();
 

@@ -19,8 +19,8 @@
 #include <sys/syscall.h>
 #include <sys/utsname.h>
 #include <sys/wait.h>
-#include <thread>
 #include <unistd.h>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -35,7 +35,6 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr const char* kInside = "TANDEM_GUEST_MODULES";  // set in the guest: its modules' folder
-constexpr const char* kTerminal = "TANDEM_GUEST_TERMINAL";
 constexpr const char* kHost = "TANDEM_GUEST_HOST";
 constexpr const char* kFolderName = "tandem-guest-";
 constexpr int kPriority = 50;
@@ -86,7 +85,7 @@ constexpr const char* kHint =
   return fmt::format(
       "#!/bin/sh\n"
       "export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin\n"
-      "export HOME={home} LANG=C.UTF-8 {inside}={modules} {terminal}={watched} {host}={described}\n"
+      "export HOME={home} LANG=C.UTF-8 {inside}={modules} {host}={described}\n"
       "cd {here}\n"
       "{command} >{folder}/out 2>{folder}/err </dev/null\n"
       "echo $? >{folder}/status.new && mv {folder}/status.new {folder}/status\n"
@@ -94,33 +93,11 @@ constexpr const char* kHint =
       "echo o >/proc/sysrq-trigger\n"
       "sleep 60\n",
       fmt::arg("home", quoted(home != nullptr ? home : "/root")), fmt::arg("inside", kInside),
-      fmt::arg("modules", quoted(kernel.modules)), fmt::arg("terminal", kTerminal),
-      fmt::arg("watched", on_terminal() ? 1 : 0), fmt::arg("host", kHost),
+      fmt::arg("modules", quoted(kernel.modules)), fmt::arg("host", kHost),
       fmt::arg("described", quoted(describe_host(clock))),
       fmt::arg("here", quoted(fs::current_path().string())), fmt::arg("command", command),
       fmt::arg("folder", folder));
 }
-
-/// Copies what has been added to a file since the last look.
-class Tail {
- public:
-  Tail(std::string file, std::FILE* to) : file_(std::move(file)), to_(to) {}
-  void copy() {
-    std::ifstream in(file_, std::ios::binary);
-    if (!in || !in.seekg(done_)) return;
-    char buffer[4096];
-    while (in.read(buffer, sizeof(buffer)), in.gcount() > 0) {
-      std::fwrite(buffer, 1, static_cast<std::size_t>(in.gcount()), to_);
-      done_ += in.gcount();
-    }
-    std::fflush(to_);
-  }
-
- private:
-  std::string file_;
-  std::FILE* to_;
-  std::streamoff done_ = 0;
-};
 
 [[nodiscard]] std::optional<int> read_status(const std::string& file) {
   std::ifstream in(file);
@@ -140,21 +117,15 @@ class Tail {
   return text;
 }
 
-/// The last processor we may use: the first ones take most of the machine's interrupts.
-void pin_to_one_processor() {
-  cpu_set_t allowed;
-  if (sched_getaffinity(0, sizeof(allowed), &allowed) != 0) return;
-  int last = -1;
-  for (int c = 0; c < CPU_SETSIZE; ++c)
-    if (CPU_ISSET(c, &allowed)) last = c;
+void pin_to(int processor) {
   cpu_set_t one;
   CPU_ZERO(&one);
-  CPU_SET(last, &one);
+  CPU_SET(processor, &one);
   sched_setaffinity(0, sizeof(one), &one);
 }
 
 [[nodiscard]] pid_t boot(const GuestKernel& kernel, const std::string& folder,
-                         const std::string& clock) {
+                         const std::string& clock, int processor) {
   const std::string init = "init=" + folder + "/init";
   const std::string console = folder + "/console";
   const std::vector<std::string> words{kernel.program,
@@ -181,7 +152,7 @@ void pin_to_one_processor() {
   setpgid(0, 0);
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);
-  pin_to_one_processor();
+  pin_to(processor);
   const sched_param priority{.sched_priority = kPriority};
   sched_setscheduler(0, SCHED_FIFO, &priority);
   // Its process numbers file and sockets; its default is below HOME.
@@ -296,9 +267,13 @@ void settle_inside_guest() {
   deliver_packets_first();
 }
 
-bool on_terminal() {
-  const char* at_host = std::getenv(kTerminal);
-  return at_host != nullptr ? *at_host == '1' : isatty(STDERR_FILENO) == 1;
+std::vector<int> processors_for_guests() {
+  cpu_set_t allowed;
+  if (sched_getaffinity(0, sizeof(allowed), &allowed) != 0) return {0};
+  std::vector<int> processors;
+  for (int c = CPU_SETSIZE - 1; c >= 0; --c)
+    if (CPU_ISSET(c, &allowed)) processors.push_back(c);
+  return processors;
 }
 
 std::vector<std::string> left_guests() {
@@ -328,58 +303,86 @@ void remove_guests(const std::vector<std::string>& folders) {
   }
 }
 
-int run_in_guest(const GuestKernel& kernel, const std::vector<std::string>& words,
-                 GuestClock wanted) {
-  const std::string clock = wanted == GuestClock::kOwn ? find_clock() : "";
-  if (wanted == GuestClock::kOwn && clock.empty())
+Guest::Guest(GuestKernel kernel, GuestClock clock, int processor)
+    : kernel_(std::move(kernel)),
+      clock_(clock),
+      processor_(processor),
+      folder_((fs::temp_directory_path() / fmt::format("{}{}-XXXXXX", kFolderName, getpid()))
+                  .string()) {
+  if (mkdtemp(folder_.data()) == nullptr)
+    throw HarnessError("cannot make a folder for the guest, " + folder_ + ": " +
+                       std::strerror(errno));
+  Caretaker::instance().remove_folder_at_end(folder_);
+}
+
+Guest::~Guest() {
+  end();
+  std::error_code ignored;
+  fs::remove_all(folder_, ignored);
+  Caretaker::instance().folder_is_removed(folder_);
+}
+
+void Guest::start(const std::vector<std::string>& words) {
+  const std::string clock = clock_ == GuestClock::kOwn ? find_clock() : "";
+  if (clock_ == GuestClock::kOwn && clock.empty())
     throw HarnessError(
         "tandem_guest_clock.so is neither beside this program nor installed with it; build or "
         "install the whole of Tandem, or add --host-clock");
-  std::string folder =
-      (fs::temp_directory_path() / fmt::format("{}{}-XXXXXX", kFolderName, getpid())).string();
-  if (mkdtemp(folder.data()) == nullptr)
-    throw HarnessError("cannot make a folder for the guest, " + folder + ": " +
-                       std::strerror(errno));
-  Caretaker& caretaker = Caretaker::instance();
-  caretaker.remove_folder_at_end(folder);
   {
-    std::ofstream init(folder + "/init");
-    init << init_script(kernel, folder, words, wanted);
-    if (!init.flush()) throw HarnessError("cannot write " + folder + "/init: disk full?");
+    std::ofstream init(folder_ + "/init");
+    init << init_script(kernel_, folder_, words, clock_);
+    if (!init.flush()) throw HarnessError("cannot write " + folder_ + "/init: disk full?");
   }
-  fs::permissions(folder + "/init", fs::perms::owner_all);
+  fs::permissions(folder_ + "/init", fs::perms::owner_all);
+  pid_ = boot(kernel_, folder_, clock, processor_);
+  Caretaker::instance().kill_group_at_end(pid_);
+  std::ofstream(folder_ + "/pid") << pid_ << "\n";
+  started_ = std::chrono::steady_clock::now();
+}
 
-  const pid_t guest = boot(kernel, folder, clock);
-  caretaker.kill_group_at_end(guest);
-  std::ofstream(folder + "/pid") << guest << "\n";
-  Tail out(folder + "/out", stdout), err(folder + "/err", stderr);
-  const auto begin = std::chrono::steady_clock::now();
-  constexpr auto kBootTime = std::chrono::seconds(30);
-  int status = 0;
-  bool gone = false;
-  std::optional<int> ended;
-  while (!gone && !ended && !Caretaker::interrupted()) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-    gone = waitpid(guest, &status, WNOHANG) == guest;
-    out.copy();
-    err.copy();
-    ended = read_status(folder + "/status");
-    if (!fs::exists(folder + "/err") && std::chrono::steady_clock::now() - begin > kBootTime) break;
+void Guest::end() {
+  if (pid_ <= 0) return;
+  kill(-pid_, SIGKILL);
+  waitpid(pid_, nullptr, 0);
+  Caretaker::instance().group_has_ended(pid_);
+  pid_ = -1;
+}
+
+bool Guest::look(Said& said) {
+  if (status_) return false;
+  // In this order: what ends well has said all before its status is there, and that before it goes.
+  siginfo_t end_of_kernel{};
+  waitid(P_PID, static_cast<id_t>(pid_), &end_of_kernel, WEXITED | WNOHANG | WNOWAIT);
+  status_ = read_status(folder_ + "/status");
+  out_.take(folder_ + "/out", said.out, status_.has_value());
+  err_.take(folder_ + "/err", said.err, status_.has_value());
+  if (status_) {
+    end();  // it has nothing left to do: its files are ours, written through
+    return false;
   }
-  out.copy();
-  err.copy();
-  // It has nothing left to do: its files are ours, written through.
-  kill(-guest, SIGKILL);
-  if (!gone) waitpid(guest, &status, 0);
-  const std::string console = last_lines(folder + "/console");
-  std::error_code ignored;
-  fs::remove_all(folder, ignored);
-  caretaker.forget();
-  if (Caretaker::interrupted()) throw Interrupted();
-  if (!ended)
-    throw HarnessError("user-mode Linux (" + kernel.program +
-                       ") ended or did not come up; its last words:\n" + console);
-  return *ended;
+  constexpr auto kBootTime = std::chrono::seconds(30);
+  const bool came_up = fs::exists(folder_ + "/err");
+  const bool late = !came_up && std::chrono::steady_clock::now() - started_ > kBootTime;
+  if (end_of_kernel.si_pid == 0 && !late) return true;
+  const std::string console = last_lines(folder_ + "/console");
+  throw HarnessError(fmt::format("user-mode Linux ({}) {}; its last words:\n{}", kernel_.program,
+                                 came_up ? "broke down"
+                                 : late  ? "did not come up within 30 s"
+                                         : "ended before it came up",
+                                 console.empty() ? "  (none)\n" : console));
+}
+
+void Guest::Tail::take(const std::string& file, std::vector<std::string>& lines, bool ended) {
+  std::ifstream in(file, std::ios::binary);
+  if (!in || !in.seekg(done_)) return;
+  char buffer[4096];
+  while (in.read(buffer, sizeof(buffer)), in.gcount() > 0) {
+    begun_.append(buffer, static_cast<std::size_t>(in.gcount()));
+    done_ += in.gcount();
+  }
+  for (std::size_t at; (at = begun_.find('\n')) != std::string::npos; begun_.erase(0, at + 1))
+    lines.push_back(begun_.substr(0, at));
+  if (ended && !begun_.empty()) lines.push_back(std::exchange(begun_, {}));
 }
 
 }  // namespace tandem::harness

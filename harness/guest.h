@@ -1,6 +1,10 @@
 #pragma once
 
+#include <chrono>
+#include <ios>
+#include <optional>
 #include <string>
+#include <sys/types.h>
 #include <vector>
 
 namespace tandem::harness {
@@ -23,7 +27,7 @@ enum class GuestClock {
   kOwn    ///< harness/guest_time.h: without host stalls, without idle time
 };
 
-/// Whether this process runs inside a guest that run_in_guest booted.
+/// Whether this process runs inside a guest that Guest booted.
 [[nodiscard]] bool inside_guest();
 
 /// The kernel round the guest and what it granted, for reports.
@@ -32,18 +36,60 @@ enum class GuestClock {
 /// Mounts, modules and loopback, once, at the beginning of what runs inside. Throws HarnessError.
 void settle_inside_guest();
 
-/// Whether people watch: standard error is a terminal, here or at the host.
-[[nodiscard]] bool on_terminal();
+/// Processors that guests may be pinned to, the one to take first in front: the first ones of the
+/// machine take most of its interrupts.
+[[nodiscard]] std::vector<int> processors_for_guests();
 
-/// Boots the guest, runs one command line in it as root in the current folder, and ends it. What
-/// the command says appears on our standard output and error as it comes. The guest is pinned to
-/// one processor and asks for SCHED_FIFO 50, for punctual timers; with a clock of its own nothing
-/// that runs in it can tell how long it took.
-/// Ctrl-C, SIGTERM and the death of this process end the guest. Returns the exit status of the
-/// command. Throws HarnessError with the end of the guest's console when it does not come up or
-/// breaks down.
-[[nodiscard]] int run_in_guest(const GuestKernel& kernel, const std::vector<std::string>& words,
-                               GuestClock clock);
+/// A guest that runs one command line as root in the current folder. It is pinned to one processor
+/// and asks for SCHED_FIFO 50, for punctual timers; with a clock of its own nothing that runs in it
+/// can tell how long it took. The death of this process ends it.
+class Guest {
+ public:
+  /// Makes its folder and nothing else yet. Throws HarnessError.
+  Guest(GuestKernel kernel, GuestClock clock, int processor);
+  /// Ends it, whatever it is doing, and removes its folder.
+  ~Guest();
+  Guest(const Guest&) = delete;
+  Guest& operator=(const Guest&) = delete;
+
+  /// The same inside and outside; what the command leaves here is there once it has ended.
+  [[nodiscard]] const std::string& folder() const { return folder_; }
+
+  /// Boots it. Throws HarnessError.
+  void start(const std::vector<std::string>& words);
+
+  /// Takes the lines that the command has written since the last look. False once it has ended.
+  /// Throws HarnessError with the end of the guest's console when it does not come up or breaks
+  /// down.
+  struct Said {
+    std::vector<std::string> out, err;
+  };
+  bool look(Said& said);
+  /// Exit status of the command; nothing before its end.
+  [[nodiscard]] std::optional<int> status() const { return status_; }
+  [[nodiscard]] pid_t pid() const { return pid_; }
+
+ private:
+  /// Complete lines of a file that grows.
+  class Tail {
+   public:
+    void take(const std::string& file, std::vector<std::string>& lines, bool ended);
+
+   private:
+    std::streamoff done_ = 0;
+    std::string begun_;
+  };
+  void end();
+
+  GuestKernel kernel_;
+  GuestClock clock_;
+  int processor_;
+  std::string folder_;
+  pid_t pid_ = -1;
+  std::chrono::steady_clock::time_point started_;
+  Tail out_, err_;
+  std::optional<int> status_;
+};
 
 /// Folders of guests whose process is gone, left by runs that were killed together with the process
 /// that cleans up after them.

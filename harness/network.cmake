@@ -6,9 +6,11 @@ tandem_add_library(harness_network
     caretaker.h
     child.h
     guest.h
+    guest_sweep.h
     harness_error.h
     namespaces.h
     node_plan.h
+    part_results.h
     qdisc_player.h
     real_network.h
     real_sweep.h
@@ -18,8 +20,10 @@ tandem_add_library(harness_network
     caretaker.cpp
     child.cpp
     guest.cpp
+    guest_sweep.cpp
     namespaces.cpp
     node_plan.cpp
+    part_results.cpp
     qdisc_player.cpp
     real_network.cpp
     real_sweep.cpp

@@ -59,7 +59,8 @@ struct PointResult {
   bool real = false;
   bool failed = false;  ///< a node died or would not start; `log` says why
   std::string log;
-  double wall_seconds = 0.0, session_seconds = 0.0;
+  double wall_seconds = 0.0;  ///< virtual; real sessions share their time with others'
+  double session_seconds = 0.0;
   /// Of the samples that a site uses, over all ticks and links: what the network and the wait for
   /// the next packet make together [s].
   double mean_age = kNotMeasured;

@@ -1,7 +1,6 @@
 #include "harness/real_sweep.h"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <map>
@@ -69,9 +68,11 @@ class RealSweep {
         progress_(progress),
         batches_(options.name, most_sites(sweep), options.at_once, options.most_nodes,
                  options.program) {
-    for (const SweepPoint& point : sweep.points) {
+    for (std::size_t i = 0; i < sweep.points.size(); ++i) {
+      if (!options.part.has(i)) continue;
+      numbers_.push_back(i + 1);
       PointResult& result = results_.emplace_back();
-      result.point = point;
+      result.point = sweep.points[i];
       result.real = true;
       result.missed_share = 0.0;
     }
@@ -96,8 +97,6 @@ class RealSweep {
   }
 
  private:
-  using SteadyClock = std::chrono::steady_clock;
-
   [[nodiscard]] static int most_sites(const Sweep& sweep) {
     int sites = 2;
     for (const SweepPoint& point : sweep.points) sites = std::max(sites, node_count(point.scene));
@@ -112,7 +111,6 @@ class RealSweep {
   template <typename Work>
   static void guarded(PointResult& result, Work&& work) {
     if (result.failed) return;
-    const auto begin = SteadyClock::now();
     try {
       work();
     } catch (const Interrupted&) {
@@ -121,7 +119,6 @@ class RealSweep {
       result.failed = true;
       result.log = e.what();
     }
-    result.wall_seconds += std::chrono::duration<double>(SteadyClock::now() - begin).count();
   }
 
   template <typename Work>
@@ -129,7 +126,6 @@ class RealSweep {
     PointResult& result = results_[job.point];
     ++done_;
     result.session_seconds += job.seconds;
-    result.wall_seconds += job.seconds;
     const std::string why = job.name + ": " + outcome.failure;
     if (outcome.session) {
       result.missed_share = std::max(result.missed_share, outcome.session->missed_share);
@@ -160,7 +156,7 @@ class RealSweep {
   }
 
   [[nodiscard]] std::string base(std::size_t point) const {
-    return fmt::format("{}/{:03}", options_.folder, point + 1);
+    return fmt::format("{}/{:03}", options_.folder, numbers_[point]);
   }
 
   void probe(PointResult& result) {
@@ -282,6 +278,7 @@ class RealSweep {
   RealProgress progress_;
   SessionBatches batches_;
   std::vector<PointResult> results_;
+  std::vector<std::size_t> numbers_;  ///< of the points in the whole sweep, from 1
   std::map<std::string, SeenLink> probed_;
   std::map<std::size_t, std::vector<MeasuredLink>> links_;
   int done_ = 0, all_ = 0;
@@ -306,6 +303,7 @@ void find_real_boundaries(std::vector<DelayBoundary>& boundaries, const RealOpti
   make_folder(options.folder);
   std::vector<SessionJob> jobs;
   int sites = 2;
+  std::size_t sessions = 0;
   for (std::size_t i = 0; i < boundaries.size(); ++i) {
     DelayBoundary& boundary = boundaries[i];
     const core::Scene scene = kicked(scene::load_scene(boundary.scene));
@@ -317,6 +315,8 @@ void find_real_boundaries(std::vector<DelayBoundary>& boundaries, const RealOpti
                          : 0;
     for (int d = std::max(0, last - 4); d <= last; ++d) {
       if (few && d != std::max(0, last - 4) && d != last) continue;
+      // The last part first, which may have a point less.
+      if (!options.part.has(options.part.count - 1 - sessions++ % options.part.count)) continue;
       Condition both;
       both.delay = d * scene.tick();
       jobs.push_back({i,
@@ -327,6 +327,7 @@ void find_real_boundaries(std::vector<DelayBoundary>& boundaries, const RealOpti
                       options.folder + "/" + boundary.scene});
     }
   }
+  if (jobs.empty()) return;
   SessionBatches batches(options.name, sites, options.at_once, options.most_nodes, options.program);
   int done = 0;
   batches.run(jobs, [&](const SessionJob& job, const SessionOutcome& outcome) {

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "harness/part_results.h"
 #include "harness/point_result.h"
 #include "harness/real_network.h"
 #include "harness/sweep.h"
@@ -21,6 +22,7 @@ struct RealOptions {
   bool push = true;   ///< also a push: drag; axis scenes
   bool probe = true;  ///< first tandem probe through all conditions
   bool tries = true;  ///< also at 0.9 and 1.1 times the predicted largest coupling
+  SweepPart part;     ///< only these points, and its share of the sessions for boundaries
 };
 
 /// Gets the sessions done, how many there will be at most, and what is being done.
@@ -33,8 +35,10 @@ using RealProgress = std::function<void(int done, int all, const std::string& do
 ///   the predictions, from these delays, and the same session in virtual time over the network that
 ///   it recorded;
 ///   each point's session at 0.9 and 1.1 times the predicted largest stable coupling.
-/// A point whose node died is marked failed with what it said, and the sweep goes on. Throws
-/// HarnessError when the networks cannot be made, and Interrupted.
+/// A point whose node died is marked failed with what it said, and the sweep goes on. Only the
+/// points of `options.part` come back; files are numbered by the whole sweep. `wall_seconds` stays
+/// 0: here the clock may be a guest's. Throws HarnessError when the networks cannot be made, and
+/// Interrupted.
 [[nodiscard]] std::vector<PointResult> run_real_sweep(const Sweep& sweep,
                                                       const RealOptions& options,
                                                       const RealProgress& progress = {});

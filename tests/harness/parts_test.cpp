@@ -31,10 +31,10 @@ void for_leaves(Leaf&& leaf, First& first, More&... more) {
     leaf(first, more...);
   } else if constexpr (std::is_same_v<T, SweepPoint>) {
     leaf(first.name, more.name...);  // all that travels of it
-  } else if constexpr (requires { first.resize(2); }) {
+  } else if constexpr (requires { first.at(0); }) {
     for (std::size_t i = 0; i < first.size(); ++i) for_leaves(leaf, first[i], more.at(i)...);
   } else {
-    boost::pfr::for_each_field(first, [&](auto& field, auto index) {
+    boost::pfr::for_each_field(first, [&](auto& field, [[maybe_unused]] auto index) {
       for_leaves(leaf, field, boost::pfr::get<index>(more)...);
     });
   }

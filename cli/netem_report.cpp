@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <fstream>
 #include <set>
+#include <sstream>
 #include <sys/utsname.h>
 #include <thread>
 #include <unistd.h>
@@ -14,6 +15,7 @@
 #include <fmt/format.h>
 
 #include "cli/commands.h"
+#include "cli/contest_json.h"
 #include "cli/options.h"
 #include "cli/script_path.h"
 #include "harness/statement.h"
@@ -25,12 +27,6 @@ namespace {
 
 using harness::PointResult;
 using nlohmann::ordered_json;
-
-/// Infinity is something to say here: stable as far as was looked.
-ordered_json number_or_word(double x) {
-  if (std::isinf(x)) return x > 0 ? "infinite" : "-infinite";
-  return number(x);
-}
 
 ordered_json stability_json(const harness::Stability& s) {
   ordered_json out;
@@ -211,6 +207,31 @@ std::string seen_text(const std::vector<PointResult>& results) {
   return text;
 }
 
+/// A paragraph for a terminal, as an item of a list.
+std::string item(const std::string& sentence) {
+  constexpr std::size_t kColumns = 100;
+  std::string text = "  -";
+  std::size_t used = text.size();
+  std::istringstream words(sentence);
+  for (std::string word; words >> word;) {
+    if (used + 1 + word.size() > kColumns) text += "\n   ", used = 3;
+    text += " " + word;
+    used += 1 + word.size();
+  }
+  return text + "\n";
+}
+
+/// Which reconstruction wins where: how to read it, the table, and what it says.
+std::string statement_text(const std::vector<harness::Contests>& contests) {
+  const std::vector<std::string> sentences = harness::statement(contests);
+  if (sentences.empty()) return {};
+  std::string text = "\n  Which reconstruction wins where\n" + item(sentences.front()) +
+                     "  *: best or within 2 % of it; ~: within 10 % of the boundary\n" +
+                     harness::contest_table(contests);
+  for (std::size_t i = 1; i < sentences.size(); ++i) text += item(sentences[i]);
+  return text + "\n";
+}
+
 std::string cell(double x, int digits) {
   if (std::abs(x) < 1e-9) x = 0.0;  // rounding has a sign
   return std::isnan(x) ? "-" : std::isinf(x) ? "inf" : fmt::format("{:.{}g}", x, digits);
@@ -259,7 +280,9 @@ ordered_json to_json(const SweepRun& run) {
   json["conditions_probed"] = probed;
   json["conditions_not_as_set"] = not_set;
   json["left_out"] = run.left_out;
-  json["statement"] = harness::statement(run.results);
+  const std::vector<harness::Contests> contests = harness::contests(run.results);
+  json["statement"] = harness::statement(contests);
+  json["contests"] = to_json(contests);
   json["seed"] = run.seed;
   json["wall_s"] = run.wall_seconds;
   json["session_s"] = session_seconds;
@@ -375,8 +398,7 @@ std::string to_text(const SweepRun& run) {
                           cell(1e3 * b.real_stable, 4), cell(1e3 * b.real_not_stable, 4));
     text += b.failure.empty() ? "\n" : "; failed: " + b.failure;
   }
-  for (const std::string& sentence : harness::statement(run.results))
-    text += "  " + sentence + "\n";
+  text += statement_text(harness::contests(run.results));
   if (run.real) text += seen_text(run.results);
   const auto found = disagreements_of(run);
   const auto exact = std::count_if(found.begin(), found.end(), [](auto& d) { return d.exact; });

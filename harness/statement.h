@@ -3,13 +3,17 @@
 #include <string>
 #include <vector>
 
-#include "harness/point_result.h"
+#include "harness/contest.h"
 
 namespace tandem::harness {
 
-/// Sentences, made from these results only, on which reconstruction wins where: by force error
-/// against the ideal twin, by largest stable coupling, by drag; and what fails. Points with the
-/// same architecture and label are compared; a session that is not stable loses to one that is.
-[[nodiscard]] std::vector<std::string> statement(const std::vector<PointResult>& results);
+/// Sentences for people, made from these contests only: how to read them; then for each
+/// architecture which reconstruction has the least force error and which the largest stable
+/// coupling at each value of the knob, how much of hold's margin compensation leaves, from which to
+/// which age of the samples extrapolation wins, and what failed. Empty without contests.
+[[nodiscard]] std::vector<std::string> statement(const std::vector<Contests>& contests);
+
+/// The numbers behind them, a table for each architecture, for a terminal.
+[[nodiscard]] std::string contest_table(const std::vector<Contests>& contests);
 
 }  // namespace tandem::harness

@@ -128,8 +128,8 @@ SiteMeasures measure_site(const Trajectory& session, const SiteTrajectory& site,
 
 }  // namespace
 
-StabilityMeter::StabilityMeter(double seconds, double packet_period)
-    : seconds_(seconds), period_(packet_period) {}
+StabilityMeter::StabilityMeter(double seconds, double packet_period, double murmur)
+    : seconds_(seconds), period_(packet_period), murmur_(murmur) {}
 
 void StabilityMeter::add(double time, int which, double distance) {
   if (left_) return;
@@ -195,8 +195,9 @@ Stability StabilityMeter::judge() const {
     out.growth_per_s = std::exp(shown);
     out.growth_per_packet = std::exp(shown * period_);
   }
+  const bool murmurs = widest(kWindows / 2, kWindows) < murmur_ * widest(0, kWindows);
   if (late.slope > std::log(kGrowth) && late.slope * 0.5 * seconds_ > std::log(kRise) &&
-      late.slope > kSure * late.error) {
+      (!murmurs || late.slope > kSure * late.error)) {
     out.stable = false;
     out.reason = fmt::format("the envelope grows {:.4g} times a second", out.growth_per_s);
     return out;
@@ -214,11 +215,11 @@ Stability StabilityMeter::judge() const {
   return out;
 }
 
-Stability judge_stability(const Trajectory& session) {
+Stability judge_stability(const Trajectory& session, double murmur) {
   const std::int64_t last = last_slot(session);
   const double seconds = static_cast<double>(last - session.first_slot) * session.tick;
   if (session.sites.empty() || !(seconds > 0.5)) return {};
-  StabilityMeter meter(seconds, session.tick * session.ticks_per_packet);
+  StabilityMeter meter(seconds, session.tick * session.ticks_per_packet, murmur);
   const auto copies = with_object(session);
   if (copies.empty()) return {};
   int which = 0;

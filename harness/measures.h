@@ -48,8 +48,8 @@ struct Trajectory {
 /// and loss keep it bounded; instability is exponential. Not stable if
 /// - a distance leaves kBound or is no number, or
 /// - log e, fitted by least squares over the second half where e is above kFloor, rises by more
-///   than kGrowth a second, by more than kRise over the half, and by more than kSure standard
-///   errors of the fit, or
+///   than kGrowth a second and by more than kRise over the half; on sockets also by more than kSure
+///   standard errors of the fit, if nothing there is wider than kMurmur of the widest, or
 /// - the last quarter's widest is more than kSwell times that of the first two windows that moved:
 ///   what has grown until a saturation holds it.
 /// What grows slower than kGrowth a second is called stable: within 2 % a second of the boundary
@@ -67,16 +67,18 @@ inline constexpr double kBound = 1.0;    ///< [m]
 inline constexpr double kFloor = 1e-11;  ///< [m]; below it rounding of metres shows
 inline constexpr double kGrowth = 1.02;  ///< factor a second
 inline constexpr double kRise = 1.1;     ///< factor over the second half
-/// Standard errors of the fit: what dies out on sockets leaves a murmur, because the age of a
-/// sample is known to 0.1 ms and the hands still drift; its windows scatter, growth does not.
-inline constexpr double kSure = 4.0;
+/// What dies out on sockets leaves a murmur, because the age of a sample is known to 0.1 ms and the
+/// hands still drift (6e-7 of the kick was seen); its windows scatter, slow growth does not.
+inline constexpr double kMurmur = 1e-5;
+inline constexpr double kSure = 4.0;   ///< standard errors of the fit
 inline constexpr double kSwell = 5.0;  ///< last quarter over start
 
 /// Takes the distances as they come and judges at the end; nothing is stored but ranges.
 class StabilityMeter {
  public:
-  /// A run of `seconds` from the first add; `packet_period` for growth_per_packet [s].
-  StabilityMeter(double seconds, double packet_period);
+  /// A run of `seconds` from the first add; `packet_period` for growth_per_packet [s]; `murmur`:
+  /// share of the widest range below which growth must be sure, kMurmur on sockets.
+  StabilityMeter(double seconds, double packet_period, double murmur = 0.0);
   /// One distance (numbered by the caller, always alike) at `time` from the start [m].
   void add(double time, int which, double distance);
   /// True once nothing can change the verdict: a run may stop early.
@@ -87,7 +89,7 @@ class StabilityMeter {
   struct Range {
     double low = 1e300, high = -1e300;
   };
-  double seconds_, period_;
+  double seconds_, period_, murmur_;
   std::vector<std::array<Range, kWindows>> ranges_;  ///< by distance
   bool left_ = false;
   double left_at_ = 0.0;
@@ -114,7 +116,8 @@ struct Measures {
   std::vector<SiteMeasures> sites;
 };
 
-[[nodiscard]] Stability judge_stability(const Trajectory& session);
+/// `murmur` as in StabilityMeter.
+[[nodiscard]] Stability judge_stability(const Trajectory& session, double murmur = 0.0);
 
 /// Gap, energy, packets, force RMS, and against `twin` (nullptr: not measured) the force error:
 /// the same session with the same hand input where the network takes no time and loses nothing.

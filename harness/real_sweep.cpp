@@ -182,7 +182,7 @@ class RealSweep {
 
   void as_it_is(const SessionJob& job, RecordedSession& session, PointResult& result) {
     if (job.name == "kick") {
-      result.measures.stability = judge_stability(session.trajectory);
+      result.measures.stability = judge_stability(session.trajectory, kMurmur);
       result.kick_missed = session.missed_share;
       result.twin = twin_of(job, session);
       links_[job.point] = session.links;
@@ -267,7 +267,7 @@ class RealSweep {
     BoundaryTry& attempt = job.name == "0.9" ? result.below : result.above;
     attempt.done = true;
     attempt.missed_share = session.missed_share;
-    attempt.stability = judge_stability(session.trajectory);
+    attempt.stability = judge_stability(session.trajectory, kMurmur);
     const double coupling = coupling_of(job.scene);
     const core::Scene scene = with_coupling(result.point.scene, coupling);
     attempt.ratio = coupling / predicted_coupling(scene, measured_network(session.links));
@@ -340,7 +340,7 @@ void find_real_boundaries(std::vector<DelayBoundary>& boundaries, const RealOpti
     double ticks = 0.0;
     for (const MeasuredLink& link : outcome.session->links) ticks += link.mean_ticks;
     const double delay = boundary.tick * ticks / static_cast<double>(outcome.session->links.size());
-    const Stability verdict = judge_stability(outcome.session->trajectory);
+    const Stability verdict = judge_stability(outcome.session->trajectory, kMurmur);
     if (!verdict.judged) return;
     if (verdict.stable && !(boundary.real_stable > delay)) boundary.real_stable = delay;
     if (!verdict.stable && !(boundary.real_not_stable < delay)) boundary.real_not_stable = delay;

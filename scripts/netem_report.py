@@ -17,6 +17,7 @@ import matplotlib.pyplot as plt  # noqa: E402
 
 STYLES = {"hold": ("#1f77b4", "o"), "compensated": ("#d95f02", "s"), "extrapolate": ("#2a9d4a", "^"),
           "": ("#555555", "D")}
+SPOKEN = {"extrapolate": "extrapolated", "": "scene"}
 CSS = """
 body { font: 15px/1.45 system-ui, sans-serif; color: #1c1c1c; max-width: 1560px; margin: 2em auto;
        padding: 0 1em; }
@@ -29,7 +30,7 @@ td:first-child, th:first-child, td.l, th.l { text-align: left }
 .bad { color: #b00020; font-weight: 600 } .good { color: #176b2c } .near { color: #8a6d00 }
 .wide { overflow-x: auto } pre { background: #f6f6f6; padding: .8em; overflow-x: auto;
   font-size: 12px } .card { background: #f6f8fa; border: 1px solid #dde; padding: .6em 1em }
-li { margin: .35em 0 }
+li { margin: .35em 0 } td.best { font-weight: 700; background: #eaf5ec }
 """
 
 
@@ -52,6 +53,15 @@ def cell(x, digits=3, factor=1.0):
     return f"{x * factor:.{digits}g}"
 
 
+def whole(x):
+    """A coupling to three digits, without an exponent."""
+    x = number(x)
+    if not math.isfinite(x) or abs(x) < 1000:
+        return cell(x)
+    unit = 10 ** (math.floor(math.log10(x)) - 2)
+    return f"{unit * round(x / unit):.0f}"
+
+
 def sites(result, key, how):
     values = [number(s.get(key)) for s in result["measured"]["sites"]]
     values = [v for v in values if not math.isnan(v)]
@@ -70,6 +80,10 @@ def groups(results):
         if r["label"] not in labels:
             labels.append(r["label"])
         table[r["style"], r["label"]] = r
+    values = {r["label"]: r.get("value") for r in results}
+    if all(v is not None for v in values.values()):  # quick sweeps come in no order
+        for labels, _ in out.values():
+            labels.sort(key=values.get)
     return out
 
 
@@ -77,11 +91,24 @@ def ok(r):
     return "failed" not in r
 
 
+def attempts(r):
+    """The couplings that sockets were tried with on both sides of the predicted one: (k, stable)."""
+    k = number(r["predicted"].get("largest_coupling_n_per_m"))
+    out = []
+    for factor, key in ((0.9, "at_0.9_of_predicted"), (1.1, "at_1.1_of_predicted")):
+        attempt = r["measured"].get(key)
+        if attempt and attempt["judged"] and math.isfinite(k):
+            out.append((factor * k, attempt["stable"]))
+    return out
+
+
 def picture(results, title, unit, measured, predicted=None, log=False, only_stable=True, line=None,
-            same=True):
-    """One axis for each architecture; predicted as lines, measured as markers."""
+            same=True, tried=None):
+    """One axis for each architecture; predicted as dashes joined by lines, measured as markers, what
+    was `tried` as dots (stable) and crosses (not)."""
     parts = {name: part for name, part in groups(results).items()
-             if any(math.isfinite(number(measured(r))) for r in part[1].values() if ok(r))}
+             if any(math.isfinite(number(measured(r))) or (tried and tried(r))
+                    for r in part[1].values() if ok(r))}
     if not parts:
         return ""
     figure, axes = plt.subplots(1, len(parts), figsize=(3.75 * len(parts) + 0.6, 3.5), squeeze=False,
@@ -98,6 +125,8 @@ def picture(results, title, unit, measured, predicted=None, log=False, only_stab
             colour, marker = STYLES[style]
             shift = 0.12 * (k - (len(styles) - 1) / 2)
             x, m, px, p, ex = [], [], [], [], []
+            name = SPOKEN.get(style, style)
+            sides = {True: ([], []), False: ([], [])}
             for i, label in enumerate(labels):
                 r = table.get((style, label))
                 if r is None or not ok(r):
@@ -105,6 +134,10 @@ def picture(results, title, unit, measured, predicted=None, log=False, only_stab
                 if predicted is not None:
                     px.append(i + shift)
                     p.append(shown(predicted(r)))
+                for value, held in tried(r) if tried else []:
+                    sides[held][0].append(i + shift)
+                    sides[held][1].append(shown(value))
+                    drawn = True
                 stable = r["measured"]["stability"]["stable"]
                 value = shown(measured(r))
                 if math.isfinite(value) and (stable or not only_stable):
@@ -115,12 +148,18 @@ def picture(results, title, unit, measured, predicted=None, log=False, only_stab
                     ex.append(i + shift)
             if predicted is not None:
                 axis.plot(px, [v if math.isfinite(v) else math.nan for v in p], "-", color=colour,
-                          lw=1.4, alpha=.75, label=f"{style or 'scene'}, predicted")
-            axis.plot(x, m, marker, color=colour, ms=5.5, mfc="white" if predicted else colour,
-                      ls="" if predicted else "-", lw=1, label=f"{style or 'scene'}, measured")
+                          lw=1.2, alpha=.75, marker="_", ms=15, mew=1.8,
+                          label=f"{name}, predicted")
+            if x:
+                axis.plot(x, m, marker, color=colour, ms=5.5, mfc="white" if predicted else colour,
+                          ls="" if predicted else "-", lw=1, label=f"{name}, measured")
+            for held, (tx, ty) in sides.items():
+                if tx:
+                    axis.plot(tx, ty, "." if held else "x", color=colour, ms=7 if held else 5,
+                              label=f"{name}, tried: {'stable' if held else 'not stable'}")
             if ex:
                 axis.plot(ex, [1.0 - 0.035 * (k + 1)] * len(ex), "x", color=colour, ms=6,
-                          transform=axis.get_xaxis_transform(), label=f"{style}, not stable")
+                          transform=axis.get_xaxis_transform(), label=f"{name}, not stable")
         if line is not None:
             axis.axhline(line, color="#999", lw=.8, ls="--")
         axis.set_title(architecture, fontsize=10)
@@ -176,7 +215,7 @@ def main_table(labels, table):
             r = table.get((style, label))
             if r is None:
                 continue
-            first = f"<td>{html.escape(label)}</td><td class=l>{style}</td>"
+            first = f"<td>{html.escape(label)}</td><td class=l>{SPOKEN.get(style, style)}</td>"
             if not ok(r):
                 rows.append(f'<tr>{first}<td class="bad l" colspan=18>failed: '
                             f'{html.escape(r["failed"][:300])}</td></tr>')
@@ -197,8 +236,8 @@ def main_table(labels, table):
                 f"<tr>{first}<td>{cell(r['mean_age_s'], 3, 1e3)}</td>{said}{verdict(m['stability'])}"
                 f"<td>{cell(p.get('growth_per_packet'), 6)}</td>"
                 f"<td>{cell(m['stability']['growth_per_packet'], 6) if not m['stability'].get('growth_per_packet') == 'infinite' else '∞'}</td>"
-                f"<td>{cell(p.get('largest_coupling_n_per_m'), 4)}</td>"
-                f"<td>{cell(m['largest_coupling_n_per_m'], 4)}</td>{tries}"
+                f"<td>{whole(p.get('largest_coupling_n_per_m'))}</td>"
+                f"<td>{whole(m['largest_coupling_n_per_m'])}</td>{tries}"
                 f"<td>{cell(p.get('drag_n_s_per_m'))}</td><td>{cell(m['drag_n_s_per_m'])}</td>"
                 f"<td>{cell(p.get('rendered_stiffness_n_per_m'), 4)}</td>"
                 f"<td>{cell(m['rendered_stiffness_n_per_m'], 4)}</td>"
@@ -313,6 +352,44 @@ def sockets(data):
             "<th>sockets</th><th>missed ticks [%]</th></tr>" + "".join(rows) + "</table></div>")
 
 
+def which_wins(data):
+    """The program's statement: how to read it, then for each architecture the numbers and sentences."""
+    sentences = data["statement"]
+    contests = data.get("contests", [])
+    out = ["<h2>Which reconstruction wins where</h2><p class=note>Made from the numbers of this page. "]
+    if not contests:
+        return out[0] + "</p><ul>" + "".join(f"<li>{html.escape(s)}</li>" for s in sentences) + "</ul>"
+    out.append(html.escape(sentences[0]) + " Green: best or alike; ~: within 10 % of the boundary.</p>")
+    order = ("hold", "compensated", "extrapolate")
+    heads = "".join(f"<th>{SPOKEN.get(s, s)}</th>" for s in order)
+    for c in contests:
+        name = c["architecture"]
+        out.append(f"<h3>{html.escape(name)}</h3><table><tr><th rowspan=2>{html.escape(data['knob'])}"
+                   f"</th><th rowspan=2>mean age [ms]</th><th colspan=3>force error [Weber]</th>"
+                   f"<th colspan=3>largest stable {c['coupling']} [N/m]</th></tr><tr>{heads}{heads}</tr>")
+        for at in c["at"]:
+            by = at.get("by", {})
+            row = f"<tr><td>{html.escape(at['label'])}</td><td>{cell(at['mean_age_s'], 3, 1e3)}</td>"
+            for s in order:
+                x = by.get(s)
+                best = " class=best" if s in at["least_force_error"] else ""
+                if x and x["judged"] and not x["stable"]:
+                    row += "<td class=bad>not stable"
+                else:
+                    row += f"<td{best}>{cell(x['force_error_rms_weber'] if x else None)}"
+                row += (" ~" if x and x["near_boundary"] else "") + "</td>"
+            for s in order:
+                x = by.get(s)
+                best = " class=best" if s in at["largest_coupling"] else ""
+                row += f"<td{best}>{whole(x['largest_coupling_n_per_m'] if x else None)}</td>"
+            out.append(row + "</tr>")
+        out.append("</table><ul>")
+        mine = [s for s in sentences[1:] if s.startswith(name + ". ")]
+        out += [f"<li>{html.escape(s[len(name) + 2:])}</li>" for s in mine]
+        out.append("</ul>")
+    return "".join(out)
+
+
 def boundaries(data):
     def ms(x):
         x = number(x)
@@ -345,7 +422,7 @@ def main():
                 only_stable=False, line=1.0),
         picture(results, f"Largest stable coupling {names}", "N/m",
                 measured("largest_coupling_n_per_m"), predicted("largest_coupling_n_per_m"), log=True,
-                only_stable=False),
+                only_stable=False, tried=attempts),
         picture(results, "Drag of one hand alone in free motion", "N s/m",
                 measured("drag_n_s_per_m"), predicted("drag_n_s_per_m"), line=0.0,
                 same=False),
@@ -386,13 +463,13 @@ def main():
             f"{html.escape(d['point'])}: {html.escape(d['what'])}</li>" for d in wrong)
             + "</ul>")
     if data["statement"]:
-        page.append("<h2>Which reconstruction wins where</h2><p class=note>Made from the numbers "
-                    "below. A session that is not stable loses to one that is.</p><ul>")
-        page += [f"<li>{html.escape(s)}</li>" for s in data["statement"]]
-        page.append("</ul>")
-    page.append("<h2>Pictures</h2><p class=note>Lines: predicted by the analysis. Markers: measured. "
-                "Crosses at the top: not stable, so not comparable. Compensation is tuned at every "
-                "condition to leave 5 % of the drag predicted for hold.</p>")
+        page.append(which_wins(data))
+    page.append("<h2>Pictures</h2><p class=note>Dashes, joined by lines: predicted by the analysis. "
+                "Hollow markers: measured. Crosses at the top: not stable, so not comparable. "
+                + ("Couplings tried on sockets, 0.9 and 1.1 times the predicted: dots stable, crosses "
+                   "not. " if any(attempts(r) for r in results if ok(r)) else "")
+                + "Compensation is tuned at every condition to leave 5 % of the drag predicted for "
+                "hold.</p>")
     page += [p for p in pictures if p]
     page.append(boundaries(data))
     page.append("<h2>Conditions</h2>" + conditions(results))

@@ -14,6 +14,7 @@ tandem_add_gate(folders TIMEOUT 30 COMMAND scripts/check_folders)
 tandem_add_gate(folders_refuses TIMEOUT 60
   COMMAND tests/gate/check_folders_test.py ${PROJECT_SOURCE_DIR}/scripts/check_folders)
 tandem_add_gate(cost_page TIMEOUT 30 COMMAND bench/cost_page.py check)
+tandem_add_gate(network_page TIMEOUT 30 COMMAND scripts/network_page.py check)
 tandem_add_gate(format TIMEOUT 60 COMMAND scripts/format --check)
 tandem_add_gate(tidy TIMEOUT 600 COMMAND scripts/tidy ${PROJECT_BINARY_DIR})
 

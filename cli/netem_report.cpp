@@ -212,8 +212,14 @@ std::string item(const std::string& sentence) {
   constexpr std::size_t kColumns = 100;
   std::string text = "  -";
   std::size_t used = text.size();
-  std::istringstream words(sentence);
+  constexpr char kGlue = '\x1f';  // a number and its unit stay in one line
+  std::string glued = sentence;
+  for (const char* unit : {" ms", " %", " = ", "= "})
+    for (std::size_t at = 0; (at = glued.find(unit, at)) != std::string::npos; ++at)
+      glued[glued.find(' ', at)] = kGlue;
+  std::istringstream words(glued);
   for (std::string word; words >> word;) {
+    std::replace(word.begin(), word.end(), kGlue, ' ');
     if (used + 1 + word.size() > kColumns) text += "\n   ", used = 3;
     text += " " + word;
     used += 1 + word.size();

@@ -163,11 +163,15 @@ std::string by_age(const ByAge& found) {
     const auto verb = [](const Standing& s) { return s.wins() ? "wins" : "loses"; };
     for (std::size_t i = 0; i < found.crossings.size(); ++i) {
       const Crossing& c = found.crossings[i];
-      if (i == 0) text += fmt::format("{} up to {}", verb(c.from), at_age(c.from));
-      text += fmt::format("{} {} from {}", i + 1 == found.crossings.size() ? " and" : ",",
-                          verb(c.to), at_age(c.to));
-      if (i + 1 < found.crossings.size() && found.crossings[i + 1].from.label != c.to.label)
-        text += " to " + at_age(found.crossings[i + 1].from);
+      const bool alone = decided.front()->label == c.from.label;  // nobody younger did the same
+      if (i == 0)
+        text += fmt::format("{} {} {}", verb(c.from), alone ? "at" : "up to", at_age(c.from));
+      const bool last = i + 1 == found.crossings.size();
+      const Standing& until = last ? *decided.back() : found.crossings[i + 1].from;
+      const bool one = until.label == c.to.label;
+      text += fmt::format("{} {} {} {}", last ? " and" : ",", verb(c.to), one ? "at" : "from",
+                          at_age(c.to));
+      if (!one) text += " to " + at_age(until);
     }
     std::vector<std::string> at;
     for (const Crossing& c : found.crossings)
@@ -237,6 +241,62 @@ std::string unconfirmed(const Contests& c) {
                      c.architecture, c.coupling, fmt::join(parts, "; "));
 }
 
+/// "below 14.6 ms", "from 6.5 ms to 13.1 ms", of the ages at which extrapolation wins.
+std::string ages_won(const ByAge& found) {
+  const auto decided = std::find_if(found.standings.begin(), found.standings.end(),
+                                    [](const Standing& s) { return s.wins() || s.loses(); });
+  if (decided == found.standings.end()) return "nowhere";
+  if (found.crossings.empty()) return decided->wins() ? "at every age seen" : "nowhere";
+  const auto age = [](const Crossing& c) {
+    return std::isfinite(c.at) ? ms(c.at)
+                               : fmt::format("{:.1f}...{}", 1e3 * c.from.age, ms(c.to.age));
+  };
+  std::vector<std::string> parts;
+  for (std::size_t i = 0; i < found.crossings.size(); ++i) {
+    const Crossing& c = found.crossings[i];
+    if (i == 0 && c.from.wins()) parts.push_back("below " + age(c));
+    if (c.from.wins()) continue;
+    parts.push_back(i + 1 < found.crossings.size()
+                        ? fmt::format("from {} to {}", age(c), age(found.crossings[i + 1]))
+                        : "above " + age(c));
+  }
+  return joined(parts);
+}
+
+std::string margin_lost(const Margin& m) {
+  const auto lost = [](double left) { return std::max(0L, std::lround(100.0 * (1.0 - left))); };
+  std::string text;
+  if (m.known)
+    text = lost(m.least) == lost(m.most) ? fmt::format("{} %", lost(m.least))
+                                         : fmt::format("{} to {} %", lost(m.most), lost(m.least));
+  if (!m.nothing_at.empty())
+    text += (m.known ? " and all of it at " : "all of it at ") + joined(m.nothing_at);
+  return text;
+}
+
+/// All architectures together; empty where nothing could be compared.
+std::string in_short(const std::vector<Contests>& all) {
+  std::vector<std::string> margins, couplings, errors;
+  for (const Contests& c : all) {
+    if (const std::string lost = margin_lost(c.margin); !lost.empty())
+      margins.push_back(c.architecture + " " + lost);
+    if (!c.by_error.standings.empty())
+      errors.push_back(c.architecture + " " + ages_won(c.by_error));
+    if (!c.by_coupling.standings.empty())
+      couplings.push_back(c.architecture + " " + ages_won(c.by_coupling));
+  }
+  std::string text;
+  if (!margins.empty())
+    text += fmt::format(" Of the largest stable coupling of hold, compensation loses: {}.",
+                        fmt::join(margins, "; "));
+  if (!errors.empty())
+    text += fmt::format(" Extrapolation has the least force error: {}.", fmt::join(errors, "; "));
+  if (!couplings.empty())
+    text += fmt::format(" Extrapolation has the largest stable coupling: {}.",
+                        fmt::join(couplings, "; "));
+  return text.empty() ? text : "In short, by mean age of the samples in use." + text;
+}
+
 std::string introduction(bool real) {
   std::string text =
       "Hold uses the last sample until the next comes; compensated is hold with negative damping "
@@ -270,6 +330,7 @@ std::vector<std::string> statement(const std::vector<Contests>& all) {
   std::vector<std::string> out;
   if (all.empty()) return out;
   out.push_back(introduction(all.front().real));
+  if (std::string text = in_short(all); !text.empty()) out.push_back(std::move(text));
   for (const Contests& c : all) {
     const bool compared = std::any_of(c.at.begin(), c.at.end(), [](const Contest& x) {
       return x.error_known > 1 || x.coupling_known > 1;

@@ -360,6 +360,7 @@ def which_wins(data):
     if not contests:
         return out[0] + "</p><ul>" + "".join(f"<li>{html.escape(s)}</li>" for s in sentences) + "</ul>"
     out.append(html.escape(sentences[0]) + " Green: best or alike; ~: within 10 % of the boundary.</p>")
+    out += [f"<p class=card>{html.escape(s)}</p>" for s in sentences if s.startswith("In short")]
     order = ("hold", "compensated", "extrapolate")
     heads = "".join(f"<th>{SPOKEN.get(s, s)}</th>" for s in order)
     for c in contests:

@@ -174,7 +174,7 @@ def found(data):
     sentences = data["statement"]
     if not data["contests"]:
         return "".join(f"- {s}\n" for s in sentences)
-    text = ""
+    text = "".join(f"\n{s}\n" for s in sentences if s.startswith("In short"))
     for contest in data["contests"]:
         name = contest["architecture"]
         text += f"\n**{name}**\n\n" + contest_table(data, contest) + "\n"
@@ -324,7 +324,8 @@ def draw(stored):
     def curve(results, of, architecture, style):
         points = sorted((1e3 * number(r["mean_age_s"]), number(of(r))) for r in results
                         if not r["failed"] and (r["architecture"], r["style"]) == (architecture, style))
-        return [p[0] for p in points], [p[1] if math.isfinite(p[1]) else math.nan for p in points]
+        shown = [p[1] if math.isfinite(p[1]) and (i == 1 or p[1] > 0) else math.nan for p in points]
+        return [p[0] for p in points], shown
 
     rows = (("largest_coupling_n_per_m", "largest stable coupling [N/m]"),
             ("drag_n_s_per_m", "drag of one hand alone [N s/m]"))

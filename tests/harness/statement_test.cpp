@@ -143,11 +143,14 @@ TEST(Statement, NamesWinnersMarginCrossingsAndFailures) {
         "leaves 0.50 (20 ms) to 0.90 (5 ms), 0.70 in the median: 10 to 50 % of the margin is lost; "
         "at 40 ms no k_o at all is stable with it",
         "0.1 to 0.4 N s/m with it, 2 to 8 without",
-        "it wins up to 10.0 ms (10 ms: 7.50) and loses from 40.0 ms (40 ms: it is not stable); it "
+        "it wins up to 10.0 ms (10 ms: 7.50) and loses at 40.0 ms (40 ms: it is not stable); it "
         "changes somewhere from 10.0 ms to 40.0 ms; even at 20 ms.",
-        "it loses up to 5.0 ms (5 ms: 0.50), wins from 10.0 ms (10 ms: 2.00) to 20.0 ms (20 ms: "
-        "2.00) and loses from 40.0 ms (40 ms: 0.50); it changes at about 7.5 ms and at about 30.0 "
+        "it loses at 5.0 ms (5 ms: 0.50), wins from 10.0 ms (10 ms: 2.00) to 20.0 ms (20 ms: "
+        "2.00) and loses at 40.0 ms (40 ms: 0.50); it changes at about 7.5 ms and at about 30.0 "
         "ms.",
+        "compensation loses: distributed 10 to 50 % and all of it at 40 ms.",
+        "has the least force error: distributed below 10.0...40.0 ms.",
+        "has the largest stable coupling: distributed from 7.5 ms to 30.0 ms.",
         "not stable as the scene is: compensated at 40 ms; extrapolated at 40 ms. Within 10 % of "
         "the boundary: hold at 40 ms."})
     EXPECT_TRUE(says(text, part)) << part << "\n" << text;

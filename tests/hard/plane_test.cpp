@@ -3,13 +3,12 @@
 #include <cmath>
 #include <utility>
 
-#include "analysis/lifted.h"
-#include "analysis/stability.h"
 #include "analysis/with_loop.h"
 #include "core/plane_contact.h"
 #include "core/random.h"
 #include "core/sequence_gate.h"
 #include "scene/load_scene.h"
+#include "tests/hard/grasp.h"
 #include "tests/hard/hard.h"
 
 // Corners, cones, collisions, great coordinates, rough networks: contacts of the plane.
@@ -434,33 +433,9 @@ TEST(HardPlane, RandomSimultaneousContactsOfFingersAndWallsGainNoKineticEnergy) 
   EXPECT_GT(several, length(100000) / 10);
 }
 
-/// plane_single, held: fingers close, squeeze, and stay; no encoder, so that rest is rest.
-Scene held_grasp() {
-  Scene scene = scene::load_scene("plane_single", std::vector<std::string>{});
-  for (auto& device : scene.devices) device.encoder_step = device.velocity_cutoff_hz = 0.0;
-  for (auto& finger : scene.users[0].fingers) {
-    finger.intent.path.resize(3);
-    finger.intent.path_sines.clear();
-  }
-  return scene;
-}
-
 TEST(HardPlane, ATwoFingerGraspWithRealContactsAtItsLimitStaysAtRestForTenMillionTicks) {
   Scene scene = held_grasp();
-  // Free drift of the lone grasp has modulus one: unstable is what is clearly above.
-  Scene linear = analysis::linear_scene(scene).scene;
-  const analysis::Knob knob(linear, "coupler.k.stiffness");
-  analysis::StabilityJudge judge(linear, {});
-  double low = 500.0, high = 500.0;
-  const auto grows = [&](double k) {
-    knob.set(linear, k);
-    return judge.radius(linear) > 1.0 + 1e-6;
-  };
-  ASSERT_FALSE(grows(low));
-  while (!grows(high)) high *= 1.05;
-  ASSERT_LT(high, 40000.0);
-  for (int i = 0; i < 30; ++i) (grows(0.5 * (low + high)) ? high : low) = 0.5 * (low + high);
-  knob.set(scene, 0.98 * low);
+  set_stiffness(scene, {"k"}, 0.98 * kGraspLimit);
 
   Central loop(scene);
   constexpr std::int64_t kAll = 10000000;
@@ -511,18 +486,7 @@ TEST(HardPlane, ReorderingAndBurstsAtTheMarginNeverLeaveTheDevicesLimitsAndPass)
   // Coordination at 0.98 of its limit for a round trip of one packet, then 60 s of jitter that
   // reorders and bursts of loss, then calm: finite and limited forces, and the copies meet again.
   Scene scene = scene::load_scene("box_distributed", std::vector<std::string>{});
-  NetworkModel calm;
-  calm.set_round_trip(1.0, 8);
-  Scene linear = analysis::linear_scene(scene).scene;
-  const analysis::Knob knob(linear, "coupler.ko1.stiffness,coupler.ko2.stiffness");
-  analysis::StabilityJudge judge(linear, calm);
-  analysis::IntervalOptions options;
-  options.samples = 20;
-  options.tolerance = 1e-6;
-  const auto stable = analysis::stable_intervals(judge, linear, knob, 10.0, 20000.0, options);
-  ASSERT_FALSE(stable.empty());
-  ASSERT_LT(stable[0].high, 19000.0);
-  knob.set(scene, 0.98 * stable[0].high);
+  set_stiffness(scene, {"ko1", "ko2"}, 0.98 * kCoordinationLimit);
   // The hands hold the box from 2 s to the end.
   for (auto& user : scene.users)
     for (auto& finger : user.fingers) finger.intent.path.resize(3);

@@ -57,7 +57,7 @@ struct Standing {
   double age = kNotMeasured;  ///< [s]
   std::string label;
   /// Better one's error over its own, or its coupling over the better one's; above 1 it wins. 0 and
-  /// infinity: one of them is not stable.
+  /// infinity: one of them is not stable, or stable with every coupling that was tried.
   double ratio = 1.0;
   [[nodiscard]] bool wins() const { return ratio > kAlike; }
   [[nodiscard]] bool loses() const { return ratio * kAlike < 1.0; }
@@ -76,6 +76,10 @@ struct ByAge {
   std::vector<Standing> standings;
   std::vector<Crossing> crossings;
   std::vector<std::string> none_stable;  ///< labels at which no contender is
+  /// Ages within a tenth of each other: then `crossings` mean nothing.
+  [[nodiscard]] bool one_age() const {
+    return standings.size() > 1 && standings.back().age < 1.1 * standings.front().age;
+  }
 };
 
 /// What compensation leaves of the largest coupling that hold bears, where it leaves any.

@@ -129,20 +129,24 @@ std::string compensation(const Contests& c) {
   return text + ".";
 }
 
-std::string ratio(const Standing& s) {
-  if (s.ratio == 0.0) return "it is not stable";
-  if (std::isinf(s.ratio)) return "the others are not stable";
-  return fmt::format("{:.2f}", s.ratio);
+/// What the ratio of a standing is of.
+enum class Of { kError, kCoupling };
+
+std::string ratio(const Standing& s, Of of) {
+  if (of == Of::kError && s.ratio == 0.0) return "it is not stable";
+  if (of == Of::kError && std::isinf(s.ratio)) return "the others are not stable";
+  return std::isinf(s.ratio) ? "beyond measure" : fmt::format("{:.2f}", s.ratio);
 }
 
 std::string ms(double seconds) { return fmt::format("{:.1f} ms", 1e3 * seconds); }
 
-std::string at_age(const Standing& s) {
-  return fmt::format("{} ({}: {})", ms(s.age), s.label, ratio(s));
+std::string at_age(const Standing& s, Of of) {
+  return fmt::format("{} ({}: {})", ms(s.age), s.label, ratio(s, of));
 }
 
 /// "wins up to 11.2 ms (n = 2: 1.23) and loses from 15.1 ms (n = 3: 0.97), even at about 14.6 ms".
-std::string by_age(const ByAge& found) {
+std::string by_age(const ByAge& found, Of of) {
+  const auto at_age = [of](const Standing& s) { return harness::at_age(s, of); };
   std::vector<const Standing*> decided;
   Labels even;
   for (const Standing& s : found.standings)
@@ -186,19 +190,33 @@ std::string by_age(const ByAge& found) {
   return text;
 }
 
-/// Ages so much alike that nothing can be said by age.
-bool one_age(const ByAge& found) {
-  return found.standings.size() > 1 && found.standings.back().age < 1.1 * found.standings[0].age;
+/// "wins at 2 users (2.15); loses at 3 users (0.85)": of ages that are much alike.
+std::string by_value(const ByAge& found, Of of) {
+  std::vector<std::string> won, lost, even;
+  for (const Standing& s : found.standings)
+    (s.wins()    ? won
+     : s.loses() ? lost
+                 : even)
+        .push_back(fmt::format("{} ({})", s.label, ratio(s, of)));
+  std::vector<std::string> parts;
+  if (!won.empty()) parts.push_back("wins at " + joined(won));
+  if (!lost.empty()) parts.push_back("loses at " + joined(lost));
+  if (!even.empty()) parts.push_back("is even at " + joined(even));
+  if (!found.none_stable.empty()) parts.push_back("none is stable at " + joined(found.none_stable));
+  return fmt::format("{}", fmt::join(parts, "; "));
 }
 
 std::string extrapolation(const Contests& c) {
-  std::string text = fmt::format(
-      "{}. Extrapolation against the better of the others, by mean age of the samples. By force "
-      "error (theirs over its own) it {}. By largest stable {} (its own over theirs) it {}.",
-      c.architecture, by_age(c.by_error), c.coupling, by_age(c.by_coupling));
-  if (one_age(c.by_error) || one_age(c.by_coupling))
-    text += " Ages are all much alike: something else decides here.";
-  return text;
+  const bool one_age = c.by_error.one_age() || c.by_coupling.one_age();
+  const auto said = [&](const ByAge& found, Of of) {
+    return one_age ? by_value(found, of) : by_age(found, of);
+  };
+  return fmt::format(
+      "{}. Extrapolation against the better of the others, by {}. By force error (theirs over its "
+      "own) it {}. By largest stable {} (its own over theirs) it {}.",
+      c.architecture,
+      one_age ? c.knob + " (the samples are of much the same age)" : "mean age of the samples",
+      said(c.by_error, Of::kError), c.coupling, said(c.by_coupling, Of::kCoupling));
 }
 
 /// "hold at n = 3; compensated at every value", of those contenders for which `is` holds.
@@ -246,6 +264,12 @@ std::string ages_won(const ByAge& found) {
   const auto decided = std::find_if(found.standings.begin(), found.standings.end(),
                                     [](const Standing& s) { return s.wins() || s.loses(); });
   if (decided == found.standings.end()) return "nowhere";
+  if (found.one_age()) {
+    Labels won;
+    for (const Standing& s : found.standings)
+      if (s.wins()) won.push_back(s.label);
+    return won.empty() ? "nowhere" : "at " + joined(won);
+  }
   if (found.crossings.empty()) return decided->wins() ? "at every age seen" : "nowhere";
   const auto age = [](const Crossing& c) {
     return std::isfinite(c.at) ? ms(c.at)

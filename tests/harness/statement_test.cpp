@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <gtest/gtest.h>
 
@@ -154,6 +155,25 @@ TEST(Statement, NamesWinnersMarginCrossingsAndFailures) {
         "not stable as the scene is: compensated at 40 ms; extrapolated at 40 ms. Within 10 % of "
         "the boundary: hold at 40 ms."})
     EXPECT_TRUE(says(text, part)) << part << "\n" << text;
+}
+
+TEST(Statement, OfSamplesOfTheSameAgeSaysNothingByAge) {
+  std::vector<PointResult> all = sweep();
+  for (PointResult& r : all) r.mean_age = 5e-3;
+  const std::string text = all_of(all);
+  for (const char* part :
+       {"by delay (the samples are of much the same age).",
+        "it wins at 10 ms (2.00) and 20 ms (2.00); loses at 5 ms (0.50) and 40 ms (0.50).",
+        "has the largest stable coupling: distributed at 10 ms and 20 ms."})
+    EXPECT_TRUE(says(text, part)) << part << "\n" << text;
+  EXPECT_FALSE(says(text, "it changes")) << text;
+}
+
+TEST(Statement, ACouplingWithoutBoundIsNotCalledUnstable) {
+  std::vector<PointResult> all = sweep();
+  all[0].largest_coupling = std::numeric_limits<double>::infinity();  // hold at 5 ms
+  const std::string text = all_of(all);
+  EXPECT_TRUE(says(text, "it loses at 5.0 ms (5 ms: 0.00), wins from")) << text;
 }
 
 TEST(Statement, OfOneReconstructionSaysThatNoneCanWinAndOfNothingNothing) {

@@ -156,9 +156,9 @@ std::string by_age(const ByAge& found, Of of) {
       even.push_back(s.label);
   std::string text;
   if (found.standings.empty()) {
-    text = "nothing to compare";
+    text = "has nothing to be compared with";
   } else if (decided.empty()) {
-    text = "even at every age seen";
+    text = "is even at every age seen";
   } else if (found.crossings.empty()) {
     const Standing &young = *decided.front(), &old = *decided.back();
     text = fmt::format("{} at every age seen, ", young.wins() ? "wins" : "loses") +
@@ -185,7 +185,7 @@ std::string by_age(const ByAge& found, Of of) {
     text += "; it changes " + joined(at);
     if (found.crossings.size() > 2) text += "; more than the age decides here";
   }
-  if (!even.empty() && !decided.empty()) text += "; even at " + joined(even);
+  if (!even.empty() && !decided.empty()) text += "; is even at " + joined(even);
   if (!found.none_stable.empty()) text += "; none is stable at " + joined(found.none_stable);
   return text;
 }
@@ -203,6 +203,7 @@ std::string by_value(const ByAge& found, Of of) {
   if (!lost.empty()) parts.push_back("loses at " + joined(lost));
   if (!even.empty()) parts.push_back("is even at " + joined(even));
   if (!found.none_stable.empty()) parts.push_back("none is stable at " + joined(found.none_stable));
+  if (parts.empty()) return "has nothing to be compared with";
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 

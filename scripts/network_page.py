@@ -284,8 +284,8 @@ def section(stored):
     text += "\n![Largest stable coupling and drag over the mean age of samples](network.png)\n"
     text += ("\nLargest stable coupling and drag over the mean age of the samples, sweep `thesis`. "
              "Lines: analysis; hollow: virtual time" +
-             ("; filled and small: stable on sockets, crosses: not (couplings 0.9 and 1.1 times the "
-              "predicted), drags on sockets filled.\n" if real else ".\n"))
+             ("; dashes: analysis of the delays measured on sockets; dots and crosses: stable and not "
+              "on sockets, at 0.9 and 1.1 times the coupling predicted; filled: drag on sockets.\n" if real else ".\n"))
     text += "\n### Which reconstruction wins where\n\n"
     first = virtual["thesis"]["statement"][0] if virtual["thesis"]["contests"] else ""
     text += (f"What follows is printed by `tandem netem`. {first} ~: within 10 % of the boundary. "
@@ -340,11 +340,11 @@ def draw(stored):
                           mfc="white", label=f"{STYLES[style]}, virtual time")
                 if not sockets:
                     continue
+                axis.plot(*curve(sockets, predicted, architecture, style), "_", color=colour, ms=9)
                 if i == 1:
                     axis.plot(*curve(sockets, measured, architecture, style), marker, color=colour,
                               ms=4, label=f"{STYLES[style]}, sockets")
                     continue
-                axis.plot(*curve(sockets, predicted, architecture, style), "_", color=colour, ms=9)
                 for factor, name in zip((0.9, 1.1), TRIES):
                     for r in sockets:
                         t = r["measured"].get(name)

@@ -145,7 +145,7 @@ TEST(Statement, NamesWinnersMarginCrossingsAndFailures) {
         "at 40 ms no k_o at all is stable with it",
         "0.1 to 0.4 N s/m with it, 2 to 8 without",
         "it wins up to 10.0 ms (10 ms: 7.50) and loses at 40.0 ms (40 ms: it is not stable); it "
-        "changes somewhere from 10.0 ms to 40.0 ms; even at 20 ms.",
+        "changes somewhere from 10.0 ms to 40.0 ms; is even at 20 ms.",
         "it loses at 5.0 ms (5 ms: 0.50), wins from 10.0 ms (10 ms: 2.00) to 20.0 ms (20 ms: "
         "2.00) and loses at 40.0 ms (40 ms: 0.50); it changes at about 7.5 ms and at about 30.0 "
         "ms.",

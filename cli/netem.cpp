@@ -136,7 +136,7 @@ SweepRun run_one(const NetemOptions& o, const std::string& name) {
       run.setting = std::move(real.setting);
     }
   } catch (const std::runtime_error&) {
-    if (netem_interrupted == 0) throw;
+    if (netem_interrupted == 0 && !harness::Caretaker::interrupted()) throw;
     throw Failed("stopped; nothing is written");
   }
   run.wall_seconds =

@@ -252,11 +252,15 @@ TEST_F(RealNetemTest, KilledInTheMiddleItLeavesNothing) {
       return found;
     };
     EXPECT_FALSE(left().empty());
+    std::vector<pid_t> guests;
+    for (const fs::path& one : left())
+      if (std::ifstream in(one / "pid"); in) in >> guests.emplace_back();
     program.signal(number);
     const auto status = program.wait(10.0);
     EXPECT_TRUE(status && *status != 0);
     for (int i = 0; i < 100 && !left().empty(); ++i) usleep(50'000);  // the caretaker's time
     EXPECT_TRUE(left().empty()) << left().front();
+    for (const pid_t guest : guests) EXPECT_NE(kill(guest, 0), 0) << guest << " still runs";
     fs::remove_all(folder_ / "nodes");
   }
 }

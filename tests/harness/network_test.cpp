@@ -253,8 +253,8 @@ TEST_F(RealNetemTest, KilledInTheMiddleItLeavesNothing) {
     };
     EXPECT_FALSE(left().empty());
     std::vector<pid_t> guests;
-    for (const fs::path& one : left())
-      if (std::ifstream in(one / "pid"); in) in >> guests.emplace_back();
+    for (const std::string& one : left())
+      if (std::ifstream in(one + "/pid"); in) in >> guests.emplace_back();
     program.signal(number);
     const auto status = program.wait(10.0);
     EXPECT_TRUE(status && *status != 0);

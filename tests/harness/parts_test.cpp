@@ -275,10 +275,9 @@ TEST_F(GuestSweepTest, EachRunsItsPartOnAProcessorOfItsOwn) {
       for (int c = 0; c < CPU_SETSIZE; ++c)
         if (CPU_ISSET(c, &one)) processors.insert(c);
     }
-    when_said_ = {};
   };
   const std::vector<PartResults> parts =
-      run("echo progress 1 2 half; sleep 1; echo to err >&2; echo progress 2 2 all; cp " +
+      run("echo progress 1 2 half; echo to err >&2; sleep 1; echo progress 2 2 all; cp " +
           ready.string() + "/${2%/*} $4; printf unended");
   fs::remove_all(ready);
   ASSERT_EQ(parts.size(), count);

@@ -59,11 +59,11 @@ constexpr const char* kHint =
 [[nodiscard]] std::string describe_host(GuestClock clock) {
   utsname kernel{};
   uname(&kernel);
-  return fmt::format("Linux {} ({}), one processor, SCHED_FIFO {} {}, {}", kernel.release,
-                     kernel.version, kPriority, may_be_first() ? "granted" : "not granted",
-                     clock == GuestClock::kOwn
-                         ? "a clock of its own (without host stalls and idle time)"
-                         : "the host's clock");
+  const std::string granted = clock == GuestClock::kOwn
+                                  ? "a clock of its own (without host stalls and idle time)"
+                                  : fmt::format("the host's clock, SCHED_FIFO {} {}", kPriority,
+                                                may_be_first() ? "granted" : "not granted");
+  return fmt::format("Linux {} ({}), one processor, {}", kernel.release, kernel.version, granted);
 }
 
 /// Loaded into the guest's kernel for a clock of its own: beside this program where it was built,
@@ -153,11 +153,12 @@ void pin_to(int processor) {
   prctl(PR_SET_PDEATHSIG, SIGTERM);
   if (getppid() != parent) _exit(1);
   pin_to(processor);
+  // With a clock of its own it waits for nobody, and nobody need wait for it.
   const sched_param priority{.sched_priority = kPriority};
-  sched_setscheduler(0, SCHED_FIFO, &priority);
+  if (clock.empty()) sched_setscheduler(0, SCHED_FIFO, &priority);
+  if (!clock.empty()) setenv("LD_PRELOAD", clock.c_str(), 1);
   // Its process numbers file and sockets; its default is below HOME.
   setenv("HOME", folder.c_str(), 1);
-  if (!clock.empty()) setenv("LD_PRELOAD", clock.c_str(), 1);
   const int nowhere = open("/dev/null", O_RDONLY);
   const int out = open(console.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
   dup2(nowhere, STDIN_FILENO);

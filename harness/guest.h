@@ -40,9 +40,9 @@ void settle_inside_guest();
 /// machine take most of its interrupts.
 [[nodiscard]] std::vector<int> processors_for_guests();
 
-/// A guest that runs one command line as root in the current folder. It is pinned to one processor
-/// and asks for SCHED_FIFO 50, for punctual timers; with a clock of its own nothing that runs in it
-/// can tell how long it took. The death of this process ends it.
+/// A guest that runs one command line as root in the current folder, pinned to one processor. With
+/// the host's clock it asks for SCHED_FIFO 50, for punctual timers; with a clock of its own nothing
+/// that runs in it can tell how long it took. The death of this process ends it.
 class Guest {
  public:
   /// Makes its folder and nothing else yet. Throws HarnessError.

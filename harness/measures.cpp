@@ -128,8 +128,8 @@ SiteMeasures measure_site(const Trajectory& session, const SiteTrajectory& site,
 
 }  // namespace
 
-StabilityMeter::StabilityMeter(double seconds, double packet_period, double murmur)
-    : seconds_(seconds), period_(packet_period), murmur_(murmur) {}
+StabilityMeter::StabilityMeter(double seconds, double packet_period, double floor)
+    : seconds_(seconds), period_(packet_period), floor_(floor) {}
 
 void StabilityMeter::add(double time, int which, double distance) {
   if (left_) return;
@@ -164,62 +164,54 @@ Stability StabilityMeter::judge() const {
   const auto widest = [&](int from, int to) {
     return *std::max_element(e.begin() + from, e.begin() + to);
   };
-  if (widest(0, kWindows) <= kFloor) return out;  // nothing moved
+  const double floor = std::max(kFloor, floor_ * widest(0, kWindows));
+  if (widest(0, kWindows) <= floor) return out;  // nothing moved
   out.judged = true;
 
   int start = 0;
-  while (e[start] <= kFloor && start < kWindows - 1) ++start;
-  // Slope of log e over the windows [from, to) that are above the floor, and its standard error;
-  // not a number of too few.
-  struct Fit {
-    double slope = kNotMeasured, error = kNotMeasured;
-  };
-  const auto fitted = [&](int from, int to, int least) -> Fit {
-    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0, syy = 0;
+  while (e[start] <= floor && start < kWindows - 1) ++start;
+  // Slope of log e over the windows [from, to) that are above the floor; not a number of too few.
+  const auto fitted = [&](int from, int to, int least) {
+    double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
     for (int w = from; w < to; ++w) {
-      if (e[w] <= kFloor) continue;
+      if (e[w] <= floor) continue;
       const double x = (w + 0.5) * seconds_ / kWindows, y = std::log(e[w]);
-      n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y, syy += y * y;
+      n += 1, sx += x, sy += y, sxx += x * x, sxy += x * y;
     }
-    if (n < least) return {};
-    const double xx = sxx - sx * sx / n, xy = sxy - sx * sy / n, yy = syy - sy * sy / n;
-    const double scatter = std::max(0.0, yy - xy * xy / xx);
-    return {xy / xx, n > 2 ? std::sqrt(scatter / (n - 2) / xx) : 0.0};
+    return n >= least ? (n * sxy - sx * sy) / (n * sxx - sx * sx) : kNotMeasured;
   };
-  const Fit late = fitted(kWindows / 2, kWindows, 4);
+  double slope = fitted(kWindows / 2, kWindows, 4);
   // What has died out before has told its growth on the way down.
   int end = start;
-  while (end < kWindows && e[end] > kFloor) ++end;
-  const double shown = std::isfinite(late.slope) ? late.slope : fitted(start + 1, end, 3).slope;
+  while (end < kWindows && e[end] > floor) ++end;
+  const double shown = std::isfinite(slope) ? slope : fitted(start + 1, end, 3);
   if (std::isfinite(shown)) {
     out.growth_per_s = std::exp(shown);
     out.growth_per_packet = std::exp(shown * period_);
   }
-  const bool murmurs = widest(kWindows / 2, kWindows) < murmur_ * widest(0, kWindows);
-  if (late.slope > std::log(kGrowth) && late.slope * 0.5 * seconds_ > std::log(kRise) &&
-      (!murmurs || late.slope > kSure * late.error)) {
+  if (!std::isfinite(slope)) slope = 0.0;
+  if (slope > std::log(kGrowth) && slope * 0.5 * seconds_ > std::log(kRise)) {
     out.stable = false;
     out.reason = fmt::format("the envelope grows {:.4g} times a second", out.growth_per_s);
     return out;
   }
   const int quarter = kWindows / 4;
   if (start + 2 <= kWindows - quarter) {
-    const double early = widest(start, start + 2),
-                 end_widest = widest(kWindows - quarter, kWindows);
-    if (end_widest > kSwell * early) {
+    const double early = widest(start, start + 2), late = widest(kWindows - quarter, kWindows);
+    if (late > kSwell * early) {
       out.stable = false;
-      out.reason = fmt::format("the last quarter moves {:.3g} times as far as the start",
-                               end_widest / early);
+      out.reason =
+          fmt::format("the last quarter moves {:.3g} times as far as the start", late / early);
     }
   }
   return out;
 }
 
-Stability judge_stability(const Trajectory& session, double murmur) {
+Stability judge_stability(const Trajectory& session, double floor) {
   const std::int64_t last = last_slot(session);
   const double seconds = static_cast<double>(last - session.first_slot) * session.tick;
   if (session.sites.empty() || !(seconds > 0.5)) return {};
-  StabilityMeter meter(seconds, session.tick * session.ticks_per_packet, murmur);
+  StabilityMeter meter(seconds, session.tick * session.ticks_per_packet, floor);
   const auto copies = with_object(session);
   if (copies.empty()) return {};
   int which = 0;
@@ -278,6 +270,12 @@ MeasuredDrag measure_drag(const Trajectory& session, int site, double force) {
   const double q = d2 / d1;
   out.n_s_per_m = force * (1.0 - q) / (v[0] * (1.0 - q) + d1);
   return out;
+}
+
+void judge_by_drag(Stability& stability, double drag) {
+  if (!stability.judged || !stability.stable || !(drag < -kLeastDrag)) return;
+  stability.stable = false;
+  stability.reason = fmt::format("a hand that moves freely speeds up: drag {:.3g} N s/m", drag);
 }
 
 double measure_stiffness(const Trajectory& session, int site) {

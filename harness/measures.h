@@ -47,11 +47,12 @@ struct Trajectory {
 /// its object, every copy from the first user's, coordinate by coordinate. Forced motion, jitter
 /// and loss keep it bounded; instability is exponential. Not stable if
 /// - a distance leaves kBound or is no number, or
-/// - log e, fitted by least squares over the second half where e is above kFloor, rises by more
-///   than kGrowth a second and by more than kRise over the half; on sockets also by more than kSure
-///   standard errors of the fit, if nothing there is wider than kMurmur of the widest, or
+/// - log e, fitted by least squares over the second half where e is above kFloor (on sockets also
+///   above kFloorOnSockets of the widest), rises by more than kGrowth a second and by more than
+///   kRise over the half, or
 /// - the last quarter's widest is more than kSwell times that of the first two windows that moved:
-///   what has grown until a saturation holds it.
+///   what has grown until a saturation holds it, or
+/// - on sockets, a hand that moves freely speeds up (judge_by_drag).
 /// What grows slower than kGrowth a second is called stable: within 2 % a second of the boundary
 /// the verdict means nothing, and there points count as near it.
 struct Stability {
@@ -65,20 +66,20 @@ struct Stability {
 inline constexpr int kWindows = 16;
 inline constexpr double kBound = 1.0;    ///< [m]
 inline constexpr double kFloor = 1e-11;  ///< [m]; below it rounding of metres shows
+/// Of the widest range of the run: on sockets the age of a sample is known to about 0.2 ms (what
+/// hands it from the force loop to the link does not count), and extrapolation turns that, with
+/// what the hands still drift, into a murmur that never dies: 6e-7 of the kick was seen.
+inline constexpr double kFloorOnSockets = 1e-5;
 inline constexpr double kGrowth = 1.02;  ///< factor a second
 inline constexpr double kRise = 1.1;     ///< factor over the second half
-/// What dies out on sockets leaves a murmur, because the age of a sample is known to 0.1 ms and the
-/// hands still drift (6e-7 of the kick was seen); its windows scatter, slow growth does not.
-inline constexpr double kMurmur = 1e-5;
-inline constexpr double kSure = 4.0;   ///< standard errors of the fit
-inline constexpr double kSwell = 5.0;  ///< last quarter over start
+inline constexpr double kSwell = 5.0;    ///< last quarter over start
 
 /// Takes the distances as they come and judges at the end; nothing is stored but ranges.
 class StabilityMeter {
  public:
-  /// A run of `seconds` from the first add; `packet_period` for growth_per_packet [s]; `murmur`:
-  /// share of the widest range below which growth must be sure, kMurmur on sockets.
-  StabilityMeter(double seconds, double packet_period, double murmur = 0.0);
+  /// A run of `seconds` from the first add; `packet_period` for growth_per_packet [s]; what is
+  /// below the share `floor` of the widest range of all tells nothing, like what is below kFloor.
+  StabilityMeter(double seconds, double packet_period, double floor = 0.0);
   /// One distance (numbered by the caller, always alike) at `time` from the start [m].
   void add(double time, int which, double distance);
   /// True once nothing can change the verdict: a run may stop early.
@@ -89,7 +90,7 @@ class StabilityMeter {
   struct Range {
     double low = 1e300, high = -1e300;
   };
-  double seconds_, period_, murmur_;
+  double seconds_, period_, floor_;
   std::vector<std::array<Range, kWindows>> ranges_;  ///< by distance
   bool left_ = false;
   double left_at_ = 0.0;
@@ -116,8 +117,8 @@ struct Measures {
   std::vector<SiteMeasures> sites;
 };
 
-/// `murmur` as in StabilityMeter.
-[[nodiscard]] Stability judge_stability(const Trajectory& session, double murmur = 0.0);
+/// `floor` as in StabilityMeter; of sessions on sockets kFloorOnSockets.
+[[nodiscard]] Stability judge_stability(const Trajectory& session, double floor = 0.0);
 
 /// Gap, energy, packets, force RMS, and against `twin` (nullptr: not measured) the force error:
 /// the same session with the same hand input where the network takes no time and loses nothing.
@@ -134,6 +135,11 @@ struct MeasuredDrag {
   bool settled = false;  ///< v3 differs from v2 by less than 1 %
 };
 [[nodiscard]] MeasuredDrag measure_drag(const Trajectory& session, int site, double force);
+
+/// A negative drag makes free motion grow exponentially, however little of it a kick left: what was
+/// stable so far is not if the drag is below -kLeastDrag.
+void judge_by_drag(Stability& stability, double drag);
+inline constexpr double kLeastDrag = 0.05;  ///< known to that on sockets [N s/m]
 
 /// Force over displacement of `site`'s first finger, by least squares over the last half of the
 /// run, about its means: a hand that moves slowly against another that is held [N/m].

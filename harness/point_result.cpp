@@ -79,7 +79,6 @@ std::vector<Disagreement> disagreements(const std::vector<PointResult>& results)
   // Of what hold has there. Compensation and extrapolation make up for a drag that grows with the
   // age of the samples, and sockets know that to 0.2 of 6 to 14 ms.
   constexpr double kHoldDragOff = 0.02;
-  constexpr double kLeastDrag = 0.05;  // below it a tenth means nothing [N s/m]
   std::vector<Disagreement> out;
   for (const PointResult& r : results) {
     if (r.failed) continue;

@@ -182,7 +182,7 @@ class RealSweep {
 
   void as_it_is(const SessionJob& job, RecordedSession& session, PointResult& result) {
     if (job.name == "kick") {
-      result.measures.stability = judge_stability(session.trajectory, kMurmur);
+      result.measures.stability = judge_stability(session.trajectory, kFloorOnSockets);
       result.kick_missed = session.missed_share;
       result.twin = twin_of(job, session);
       links_[job.point] = session.links;
@@ -196,6 +196,13 @@ class RealSweep {
       Trajectory twin = run_virtual(pushed(result.point.scene, user, kPushForce),
                                     replayed_network(session.links), job.seconds);
       result.twin.drag = measure_drag(twin, user, kPushForce).n_s_per_m;
+      if (session.missed_share <= kMostMissed)
+        judge_by_drag(result.measures.stability, drag.n_s_per_m);
+      Stability of_twin;
+      of_twin.judged = result.twin.judged;
+      of_twin.stable = result.twin.stable;
+      judge_by_drag(of_twin, result.twin.drag);
+      result.twin.stable = of_twin.stable;
     } else {
       measure_carry(job, session.trajectory, result);
     }
@@ -267,7 +274,7 @@ class RealSweep {
     BoundaryTry& attempt = job.name == "0.9" ? result.below : result.above;
     attempt.done = true;
     attempt.missed_share = session.missed_share;
-    attempt.stability = judge_stability(session.trajectory, kMurmur);
+    attempt.stability = judge_stability(session.trajectory, kFloorOnSockets);
     const double coupling = coupling_of(job.scene);
     const core::Scene scene = with_coupling(result.point.scene, coupling);
     attempt.ratio = coupling / predicted_coupling(scene, measured_network(session.links));
@@ -340,7 +347,7 @@ void find_real_boundaries(std::vector<DelayBoundary>& boundaries, const RealOpti
     double ticks = 0.0;
     for (const MeasuredLink& link : outcome.session->links) ticks += link.mean_ticks;
     const double delay = boundary.tick * ticks / static_cast<double>(outcome.session->links.size());
-    const Stability verdict = judge_stability(outcome.session->trajectory, kMurmur);
+    const Stability verdict = judge_stability(outcome.session->trajectory, kFloorOnSockets);
     if (!verdict.judged) return;
     if (verdict.stable && !(boundary.real_stable > delay)) boundary.real_stable = delay;
     if (!verdict.stable && !(boundary.real_not_stable < delay)) boundary.real_not_stable = delay;

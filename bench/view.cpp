@@ -65,7 +65,7 @@ Run run_node(const ViewBench& b, bool window) {
   return r;
 }
 
-double median(std::vector<double> v) {
+double middle_of(std::vector<double> v) {
   std::sort(v.begin(), v.end());
   const std::size_t n = v.size();
   return n % 2 == 1 ? v[n / 2] : 0.5 * (v[n / 2 - 1] + v[n / 2]);
@@ -110,8 +110,8 @@ void bench_view(const ViewBench& b) {
         "us "
         "(20 are\n  allowed); missed {} without and {} with, of {} ticks each; {:.1f} pictures a "
         "second (32 are wanted)\n  drawn by {}\n",
-        median(without), median(with), b.size, median(rise), missed[0], missed[1], ticks,
-        median(rate), renderer);
+        middle_of(without), middle_of(with), b.size, middle_of(rise), missed[0], missed[1], ticks,
+        middle_of(rate), renderer);
   if (b.json.empty()) return;
   const ordered_json j = {{"scene", b.scene},
                           {"size", b.size},
@@ -119,10 +119,10 @@ void bench_view(const ViewBench& b) {
                           {"priority", b.priority},
                           {"renderer", renderer},
                           {"pairs", pairs},
-                          {"p99_rise_us_median", median(rise)},
+                          {"p99_rise_us_median", middle_of(rise)},
                           {"missed_without", missed[0]},
                           {"missed_with", missed[1]},
-                          {"pictures_a_second_median", median(rate)}};
+                          {"pictures_a_second_median", middle_of(rate)}};
   const std::string text = j.dump(2) + "\n";
   std::unique_ptr<FILE, int (*)(FILE*)> out(
       to_stdout ? fdopen(dup(STDOUT_FILENO), "w") : std::fopen(b.json.c_str(), "w"), std::fclose);

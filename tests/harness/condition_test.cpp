@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -186,6 +187,23 @@ TEST(ExpectedSight, IsWhatWasSet) {
 
 // The rms of all samples counts only where there is no spread to compare with; a spread twice as
 // wide is twice the deviation.
+// 10 ms, and from `edge` on 100 ms: of a probe of 5 s the median is one or the other.
+ExpectedSight of_two_delays(double edge) {
+  RecordedSeries series;
+  series.time = {0.0, edge, 20.0};
+  series.delay = {0.01, 0.1, 0.1};
+  Condition condition;
+  condition.recorded = std::make_shared<const RecordedSeries>(series);
+  return expected_sight(condition, probe_plan(condition));
+}
+
+TEST(ExpectedSight, AMedianThatHangsOnWhenThePlayingBeganIsNotHeldToTheSecond) {
+  EXPECT_NEAR(of_two_delays(2.0).delay_p50, 0.1, 1e-4);
+  EXPECT_LT(of_two_delays(2.0).delay_p50_sd, 1e-4);
+  // Begun 0 to 0.2 s ahead, it has 2.6 to 2.4 of 5 s at 10 ms.
+  EXPECT_GT(of_two_delays(2.6).delay_p50_sd, 0.02);
+}
+
 TEST(ExpectedSight, AStallIsNoJitter) {
   SeenLink seen;
   seen.delay_rms = 0.009;

@@ -174,15 +174,24 @@ void run(NetemOptions& o) {
                                                             : std::vector<std::string>{o.sweep};
   ordered_json all = ordered_json::object();
   std::size_t points = 0, disagreements = 0;
+  // Said at the end: what can be written is not lost with what cannot.
+  std::string not_written;
+  const auto attempt = [&](const auto& write) {
+    try {
+      write();
+    } catch (const Failed& e) {
+      not_written += fmt::format("{}{}", not_written.empty() ? "" : "\n", e.what());
+    }
+  };
   for (const std::string& name : names) {
     const SweepRun done = run_one(o, name);
     const ordered_json json = to_json(done);
     const auto file = [&](const std::string& given) {
       return names.size() == 1 ? given : with_suffix(given, name);
     };
-    if (!o.csv.empty()) write_text(file(o.csv), to_csv(done));
-    if (!o.report.empty()) write_report(file(o.report), json);
     if (!o.json.to_stdout()) fmt::print("{}", to_text(done));
+    if (!o.csv.empty()) attempt([&] { write_text(file(o.csv), to_csv(done)); });
+    if (!o.report.empty()) attempt([&] { write_report(file(o.report), json); });
     points += done.results.size();
     disagreements += json["disagreements"].get<std::size_t>();
     if (names.size() == 1)
@@ -197,6 +206,7 @@ void run(NetemOptions& o) {
       fmt::print("all sweeps: {} points, {} disagreements\n", points, disagreements);
   }
   o.json.write(all);
+  if (!not_written.empty()) throw Failed(not_written);
 }
 
 }  // namespace

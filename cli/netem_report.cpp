@@ -436,7 +436,9 @@ void write_report(const std::string& file, const ordered_json& json) {
   write_text(data, json.dump());
   const int status = run_script("netem_report.py", {data, file});
   std::filesystem::remove(data);
-  if (status != 0)
+  if (status < 0) throw Failed("no report " + file + ": its script was stopped before its end");
+  if (status == 2) throw Failed("no report " + file);  // the script has said why
+  if (status > 0)
     throw Failed("no report " + file +
                  ": making it needs python3 with matplotlib (apt install python3-matplotlib)");
 }

@@ -233,6 +233,11 @@ Stability judge_stability(const Trajectory& session, double floor) {
   return meter.judge();
 }
 
+bool has_blown_up(const Trajectory& session) {
+  const Stability s = judge_stability(session);
+  return !s.stable && std::isinf(s.growth_per_s);
+}
+
 Measures measure(const Trajectory& session, const Trajectory* twin) {
   Measures out;
   measure_gap(session, out);
@@ -278,10 +283,11 @@ void judge_by_drag(Stability& stability, double drag) {
   stability.reason = fmt::format("a hand that moves freely speeds up: drag {:.3g} N s/m", drag);
 }
 
-double measure_stiffness(const Trajectory& session, int site) {
+double measure_stiffness(const Trajectory& session, int site, double seconds) {
   const SiteTrajectory& who = session.sites.at(static_cast<std::size_t>(site));
   const std::int64_t last = last_slot(session);
-  const std::int64_t from = session.first_slot + (last - session.first_slot) / 2;
+  const std::int64_t from =
+      std::max(session.first_slot, last + 1 - std::int64_t{std::llround(seconds / session.tick)});
   double n = 0, sx = 0, sf = 0, sxx = 0, sxf = 0;
   for (const SiteSample& s : who.samples) {
     if (s.slot < from || s.slot > last) continue;

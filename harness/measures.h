@@ -120,6 +120,9 @@ struct Measures {
 /// `floor` as in StabilityMeter; of sessions on sockets kFloorOnSockets.
 [[nodiscard]] Stability judge_stability(const Trajectory& session, double floor = 0.0);
 
+/// Such a session has no force error, gap, drag or stiffness worth a number.
+[[nodiscard]] bool has_blown_up(const Trajectory& session);
+
 /// Gap, energy, packets, force RMS, and against `twin` (nullptr: not measured) the force error:
 /// the same session with the same hand input where the network takes no time and loses nothing.
 [[nodiscard]] Measures measure(const Trajectory& session, const Trajectory* twin = nullptr);
@@ -141,9 +144,10 @@ struct MeasuredDrag {
 void judge_by_drag(Stability& stability, double drag);
 inline constexpr double kLeastDrag = 0.05;  ///< known to that on sockets [N s/m]
 
-/// Force over displacement of `site`'s first finger, by least squares over the last half of the
-/// run, about its means: a hand that moves slowly against another that is held [N/m].
-[[nodiscard]] double measure_stiffness(const Trajectory& session, int site);
+/// Force over displacement of `site`'s first finger, by least squares over the last `seconds`,
+/// about its means: a hand that moves slowly against another that is held [N/m]. Whole periods of
+/// its motion leave out what is in phase with the velocity.
+[[nodiscard]] double measure_stiffness(const Trajectory& session, int site, double seconds);
 
 /// From the first slot where `mover`'s hand is further than `motion` [m] from where it was at
 /// first_slot, to the first where the force on `feeler`'s hand differs from its mean before by more

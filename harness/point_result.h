@@ -66,7 +66,7 @@ struct PointResult {
   double mean_age = kNotMeasured;
   Prediction prediction;
   Measures measures;
-  double largest_coupling = kNotMeasured;  ///< by search (virtual) [N/m]
+  double largest_coupling = kNotMeasured;  ///< by search in virtual time [N/m]
   /// Real: the session at 0.9 and 1.1 times the predicted largest coupling.
   BoundaryTry below, above;
   VirtualTwin twin;                    ///< real: of the sessions as they are

@@ -311,7 +311,7 @@ Prediction predict(const Scene& scene, const NetworkModel& given, const PredictO
     const double drag = predicted_drag(scene, given);
     if (drag < 0.0 || stable_alone(scene, given)) p.drag = drag;
     if (scene.space == core::Space::kAxis)
-      p.stiffness = predicted_stiffness(pressed(scene, analysis::drag_user(scene)), given);
+      p.stiffness = predicted_stiffness(touched(scene, analysis::drag_user(scene)), given);
     if (options.largest_coupling)
       p.largest_coupling = interval_end(linear, network, system.states());
     p.near_boundary = is_near_boundary(linear, network, p.stable);

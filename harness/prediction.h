@@ -63,8 +63,8 @@ struct PredictOptions {
                                     const std::function<bool(double)>& stable);
 
 /// Force over displacement that drag_user() feels at rest while the others' hands are held, of the
-/// scene `pressed` by that user; not a number where the analysis does not apply [N/m].
-[[nodiscard]] double predicted_stiffness(const core::Scene& pressed_scene,
+/// scene `touched` by that user; not a number where the analysis does not apply [N/m].
+[[nodiscard]] double predicted_stiffness(const core::Scene& touched_scene,
                                          const core::NetworkModel& network);
 
 /// Smallest one-way delay [s], the same both ways, in whole ticks, with which the scene is not

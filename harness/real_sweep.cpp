@@ -18,7 +18,8 @@
 namespace tandem::harness {
 namespace {
 
-constexpr double kPushForce = 0.1;  // [N]
+constexpr double kPushForce = 0.1;       // [N]
+constexpr double kSearchSeconds = 20.0;  // of a session in virtual time: what grows slowly shows
 /// Twins judge themselves again at so many times more and less coupling. At 0.9 and 1.1 of the
 /// boundary, where sockets are tried, it is not crossed.
 constexpr double kNear = 1.09;
@@ -130,7 +131,7 @@ class RealSweep {
     if (outcome.session) {
       result.missed_share = std::max(result.missed_share, outcome.session->missed_share);
       guarded(result, [&] { work(result); });
-    } else if (job.name == "push" || job.name == "carry") {
+    } else if (job.name == "push" || job.name == "touch" || job.name == "carry") {
       result.log += why + "\n";  // the point has its verdict
     } else {
       guarded(result, [&] { throw HarnessError(why); });
@@ -142,15 +143,17 @@ class RealSweep {
     std::vector<SessionJob> jobs;
     for (std::size_t i = 0; i < results_.size(); ++i) {
       const SweepPoint& point = results_[i].point;
-      const auto add = [&](const char* name, core::Scene scene) {
-        jobs.push_back({i, name, std::move(scene), point.network, point.seconds, base(i)});
+      const int user = analysis::drag_user(point.scene);
+      const auto add = [&](const char* name, core::Scene scene, double seconds) {
+        jobs.push_back({i, name, std::move(scene), point.network, seconds, base(i)});
       };
-      add("kick", kicked(point.scene));
+      add("kick", kicked(point.scene), point.seconds);
       if (options_.push && is_axis(point.scene))
-        add("push",
-            with_idle_couplers(pushed(point.scene, analysis::drag_user(point.scene), kPushForce),
-                               point.scene));
-      if (options_.carry) add("carry", carried(point.scene));
+        add("push", with_idle_couplers(pushed(point.scene, user, kPushForce), point.scene),
+            point.seconds);
+      if (options_.touch && is_axis(point.scene))
+        add("touch", touched(point.scene, user), kTouchSeconds);
+      if (options_.carry) add("carry", carried(point.scene), point.seconds);
     }
     return jobs;
   }
@@ -185,6 +188,9 @@ class RealSweep {
       result.measures.stability = judge_stability(session.trajectory, kFloorOnSockets);
       result.kick_missed = session.missed_share;
       result.twin = twin_of(job, session);
+      if (options_.tries)
+        result.largest_coupling = search_largest_coupling(
+            result.point.scene, replayed_network(session.links), kSearchSeconds);
       links_[job.point] = session.links;
       note_links(result, session.links);
     } else if (job.name == "push") {
@@ -203,6 +209,9 @@ class RealSweep {
       of_twin.stable = result.twin.stable;
       judge_by_drag(of_twin, result.twin.drag);
       result.twin.stable = of_twin.stable;
+    } else if (job.name == "touch") {
+      measure_touch(std::move(session.trajectory), analysis::drag_user(result.point.scene),
+                    result.measures);
     } else {
       measure_carry(job, session.trajectory, result);
     }
@@ -214,11 +223,10 @@ class RealSweep {
     // The start is not the network's.
     const auto settled = static_cast<std::int64_t>(job.scene.rates.local_hz);
     session.first_slot = twin.first_slot = std::max(session.first_slot, settled);
-    const Measures before = result.measures;
-    result.measures = measure(session, &twin);
-    result.measures.stability = before.stability;
-    result.measures.drag = before.drag;
-    result.measures.drag_settled = before.drag_settled;
+    const Measures carried = measure(session, &twin);
+    result.measures.gap_rms = carried.gap_rms;
+    result.measures.gap_999 = carried.gap_999;
+    result.measures.sites = carried.sites;
   }
 
   static void note_links(PointResult& result, const std::vector<MeasuredLink>& links) {

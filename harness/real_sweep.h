@@ -20,6 +20,7 @@ struct RealOptions {
   int most_nodes = 4;
   bool carry = true;  ///< also a carry: gap, force error against the twin
   bool push = true;   ///< also a push: drag; axis scenes
+  bool touch = true;  ///< also a touch: rendered stiffness, motion to force; axis scenes
   bool probe = true;  ///< first tandem probe through all conditions
   bool tries = true;  ///< also at 0.9 and 1.1 times the predicted largest coupling
   SweepPart part;     ///< only these points, and its share of the sessions for boundaries
@@ -31,9 +32,10 @@ using RealProgress = std::function<void(int done, int all, const std::string& do
 /// Runs the points of a sweep on real sockets, sessions of several points at a time:
 ///   tandem probe through every condition, one direction at a time (once for conditions alike);
 ///   each point's session, its hands kicked: delays in ticks and phases of the packet slots,
-///   stability; a push (drag) and a carry (gap, force error, energy);
+///   stability; a push (drag), a touch (stiffness, motion to force) and a carry (gap, force error,
+///   energy);
 ///   the predictions, from these delays, and the same session in virtual time over the network that
-///   it recorded;
+///   it recorded, whose largest stable coupling is searched;
 ///   each point's session at 0.9 and 1.1 times the predicted largest stable coupling.
 /// A point whose node died is marked failed with what it said, and the sweep goes on. Only the
 /// points of `options.part` come back; files are numbered by the whole sweep. `wall_seconds` stays

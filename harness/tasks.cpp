@@ -1,5 +1,8 @@
 #include "harness/tasks.h"
 
+#include <algorithm>
+#include <cmath>
+
 #include "analysis/drag.h"
 #include "analysis/linearised_grasp.h"
 
@@ -73,24 +76,28 @@ core::Scene carried(const core::Scene& given) {
   return scene;
 }
 
-core::Scene pressed(const core::Scene& given, int user) {
+core::Scene touched(const core::Scene& given, int user) {
   core::Scene scene = given;
   quiet(scene, kStiffMuscle);
-  core::SinePart path;
-  path.amplitude = 0.005;
-  path.omega = kTwoPi * 0.5;
-  path.direction = core::Vec3(1.0, 0.0, 0.0);
-  scene.users[user].fingers[0].intent.path_sines.push_back(path);
+  auto& step = scene.users[0].fingers[0].intent.path;
+  step.push_back({kStepStart, core::Vec3(0.0)});
+  step.push_back({kStepStart + 0.02, core::Vec3(0.005, 0.0, 0.0)});
+  core::SinePart press;
+  press.start = kPressStart;
+  press.amplitude = 0.005;
+  press.omega = kTwoPi / kPressPeriod;
+  press.direction = core::Vec3(1.0, 0.0, 0.0);
+  scene.users[user].fingers[0].intent.path_sines.push_back(press);
   return scene;
 }
 
-core::Scene stepped(const core::Scene& given, int user) {
-  core::Scene scene = given;
-  quiet(scene, kStiffMuscle);
-  auto& path = scene.users[user].fingers[0].intent.path;
-  path.push_back({kStepStart, core::Vec3(0.0)});
-  path.push_back({kStepStart + 0.02, core::Vec3(0.005, 0.0, 0.0)});
-  return scene;
+void measure_touch(Trajectory session, int user, Measures& measures) {
+  if (has_blown_up(session)) return;
+  measures.rendered_stiffness = measure_stiffness(session, user, kPressPeriod);
+  session.first_slot =
+      std::max(session.first_slot, std::int64_t{std::llround(0.9 * kStepStart / session.tick)});
+  if (session.sites.size() > 1)
+    measures.motion_to_force = motion_to_force(session, 0, 1, kStepMotion, kStepForce);
 }
 
 }  // namespace tandem::harness

@@ -228,11 +228,6 @@ PointResult run_virtual_point(const SweepPoint& point, const VirtualOptions& opt
   const double seconds = stability_seconds(options.seconds);
   const bool axis = scene.space == core::Space::kAxis;
 
-  // What has blown up has no force error, gap, drag or stiffness worth a number.
-  const auto blown_up = [](const Trajectory& session) {
-    const Stability s = judge_stability(session);
-    return !s.stable && std::isinf(s.growth_per_s);
-  };
   const double carry_seconds = axis ? 7.5 : 20.0;
   {
     const Scene scene_carried = carried(scene);
@@ -240,14 +235,14 @@ PointResult run_virtual_point(const SweepPoint& point, const VirtualOptions& opt
     Trajectory twin = run_virtual(ideal_twin(scene_carried), ideal, carry_seconds);
     session.first_slot = twin.first_slot = static_cast<std::int64_t>(scene.rates.local_hz);
     out.session_seconds += 2.0 * carry_seconds;
-    if (!blown_up(session)) out.measures = measure(session, &twin);
+    if (!has_blown_up(session)) out.measures = measure(session, &twin);
   }
   out.measures.stability = run_stability(kicked(scene), network, seconds);
   out.session_seconds += seconds;
 
   if (axis && !scene.objects.empty()) {
     const int user = analysis::drag_user(scene);
-    constexpr double kPush = 0.1, kPushSeconds = 12.0, kPressSeconds = 8.0, kStepSeconds = 1.5;
+    constexpr double kPush = 0.1, kPushSeconds = 12.0;
     Trajectory push = run_virtual(pushed(scene, user, kPush), network, kPushSeconds);
     // The other hands are let go and stay behind.
     for (std::size_t u = 0; u < push.sites.size(); ++u)
@@ -257,12 +252,8 @@ PointResult run_virtual_point(const SweepPoint& point, const VirtualOptions& opt
       out.measures.drag = drag.n_s_per_m;
       out.measures.drag_settled = drag.settled;
     }
-    const Trajectory press = run_virtual(pressed(scene, user), network, kPressSeconds);
-    if (!blown_up(press)) out.measures.rendered_stiffness = measure_stiffness(press, user);
-    Trajectory step = run_virtual(stepped(scene, 0), network, kStepSeconds);
-    step.first_slot = static_cast<std::int64_t>(0.9 * kStepStart * scene.rates.local_hz);
-    out.measures.motion_to_force = motion_to_force(step, 0, 1, kStepMotion, kStepForce);
-    out.session_seconds += kPushSeconds + kPressSeconds + kStepSeconds;
+    measure_touch(run_virtual(touched(scene, user), network, kTouchSeconds), user, out.measures);
+    out.session_seconds += kPushSeconds + kTouchSeconds;
   }
   if (options.search)
     out.largest_coupling = search_largest_coupling(scene, network, seconds, &out.session_seconds);

@@ -253,7 +253,7 @@ def main_table(labels, table):
     tries = "<th>at 0.9 predicted</th><th>at 1.1 predicted</th>" if real_tries else ""
     return (f"<div class=wide><table><tr><th>condition</th><th class=l>style</th><th>mean age "
             f"[ms]</th><th>predicted</th><th>measured</th><th>growth a packet, predicted</th>"
-            f"<th>measured</th><th>largest stable {coupling} [N/m], predicted</th><th>measured</th>"
+            f"<th>measured</th><th>largest stable {coupling} [N/m], predicted</th><th>by search</th>"
             f"{tries}<th>drag [N s/m], predicted</th><th>measured</th><th>rendered stiffness [N/m], "
             f"predicted</th><th>measured</th><th>force error [N]</th><th>force error [Weber]</th>"
             f"<th>gap rms [mm]</th><th>gap 99.9 % [mm]</th><th>network gave [mJ]</th><th>motion to "
@@ -427,6 +427,9 @@ def main():
         picture(results, "Drag of one hand alone in free motion", "N s/m",
                 measured("drag_n_s_per_m"), predicted("drag_n_s_per_m"), line=0.0,
                 same=False),
+        picture(results, "Rendered stiffness, the other hands held", "N/m",
+                measured("rendered_stiffness_n_per_m"), predicted("rendered_stiffness_n_per_m"),
+                same=False),
         picture(results, "Force error against the ideal twin, in Weber units", "RMS / max(|F|, 0.5 N)",
                 lambda r: sites(r, "force_error_rms_weber", mean), log=True),
         picture(results, "Distance of the copies while carried", "RMS [m]", measured("gap_rms_m"),
@@ -486,11 +489,13 @@ def main():
         "(hand from object, copy from copy) in each of 16 windows is the envelope; not stable if a "
         "distance leaves 1 m, if the envelope of the second half grows by more than 2 % a second and "
         "10 % in all, or if the last quarter moves more than 5 times as far as the start.</li>"
-        "<li>Largest stable coupling: by search of such runs, up from a 64th of the scene's, to 1 %.</li>"
+        "<li>Largest stable coupling: by search of such runs in virtual time, up from a 64th of the "
+        "scene's, to 1 %; of sockets over the packets that they recorded.</li>"
         "<li>Drag: one hand alone under a constant force, the end of its velocity from three means.</li>"
         "<li>Force error, gap, energy: the first hand leads along 0.05 sin(2 t) m, the others hold "
         "back; against the same hands with a packet every tick that takes no time.</li>"
-        "<li>Rendered stiffness: one hand led 5 mm at 0.5 Hz, the others held by 20 kN/m.</li>"
+        "<li>Rendered stiffness: one hand led 5 mm at 0.5 Hz, the others held by 20 kN/m. Motion to "
+        "force: the first hand moved by 5 mm within 20 ms, until the second feels it.</li>"
         "<li>Predicted: from the linear map over a packet period with the delays in whole ticks. A "
         "network with jitter or loss is replaced by a steady one of the same mean age.</li></ul>")
     page.append("<h2>Scenes</h2>")
@@ -503,8 +508,12 @@ def main():
                     f"{html.escape(edits)} · hash {r['hash']}</span></summary>"
                     f"<pre>{html.escape(text)}</pre></details>")
     page.append("</body></html>\n")
-    with open(sys.argv[2], "w", encoding="utf-8") as file:
-        file.write("\n".join(page))
+    try:
+        with open(sys.argv[2], "w", encoding="utf-8") as file:
+            file.write("\n".join(page))
+    except OSError as error:
+        print(f"cannot write all of {sys.argv[2]}: {error.strerror}", file=sys.stderr)
+        sys.exit(2)
 
 
 def _get(tree, keys):

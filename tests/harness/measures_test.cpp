@@ -162,8 +162,8 @@ TEST(Stiffness, IsThePartOfTheForceInPhaseWithTheMotion) {
                 s.hand[0].x = 0.005 * std::sin(omega * t);
                 s.force[0].x = -k * s.hand[0].x - b * 0.005 * omega * std::cos(omega * t);
               }),
-      0);
-  EXPECT_NEAR(found, k, 0.1);  // two whole cycles, but for a tick
+      0, 2.0);
+  EXPECT_NEAR(found, k, 1e-6);  // a whole cycle
 }
 
 TEST(MotionToForce, IsTheTimeBetweenTheTwoThresholds) {

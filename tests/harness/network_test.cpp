@@ -108,7 +108,7 @@ class ClearNetworkTest : public testing::Test {
     options_.folder = folder_;
     options_.at_once = 2;
     options_.most_nodes = 4;
-    options_.carry = options_.push = options_.probe = options_.tries = false;
+    options_.carry = options_.push = options_.touch = options_.probe = options_.tries = false;
   }
   void TearDown() override {
     if (!folder_.empty()) fs::remove_all(folder_);
@@ -232,6 +232,14 @@ TEST_F(RealNetemTest, ProbeSeesWhatWasSetAndSocketsAreWhereAnalysisAndVirtualTim
   EXPECT_TRUE(measured["stability"]["stable"].get<bool>());
   EXPECT_TRUE(point["virtual_time_over_recorded_packets"]["stable"].get<bool>());
   EXPECT_FALSE(measured["at_1.1_of_predicted"].is_null());
+  EXPECT_GT(measured["largest_coupling_n_per_m"].get<double>(), 0.0);
+  // Felt at 0.5 Hz, predicted at rest.
+  const double stiffness = point["predicted"]["rendered_stiffness_n_per_m"];
+  EXPECT_NEAR(measured["rendered_stiffness_n_per_m"].get<double>(), stiffness, 0.02 * stiffness);
+  // The delay there, up to a packet period, and a tick each for sending, use and what is felt.
+  const double first_felt = measured["motion_to_force_s"];
+  EXPECT_GE(first_felt, 0.005);
+  EXPECT_LE(first_felt, 0.005 + 1.0 / 128 + 3.0 / 1024);
   if (in_guest_) {  // it cannot be stalled
     EXPECT_EQ(out["verdicts_compared"]["missed_ticks"], 0);
   }

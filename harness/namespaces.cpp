@@ -89,14 +89,12 @@ Namespaces::Namespaces(const std::string& name, int sites) : bridge_(name + "-br
   for (int i = 0; i < sites; ++i) sites_.push_back(fmt::format("{}-{}", name, i + 1));
   shapes_.resize(sites_.size());
   known_.assign(sites_.size(), true);
-  std::vector<std::string> all = sites_;
-  all.push_back(bridge_);
-  for (const std::string& one : all)
-    if (exists(one))
-      throw HarnessError(fmt::format(
-          "there is a network namespace {} already, which this run did not make and leaves alone; "
-          "see what runs in it with `ip netns pids {}`; choose another --name, or remove it",
-          one, one));
+  // Also one that is no site of ours: the caretaker goes by the name.
+  for (const std::string& one : namespaces_of(name))
+    throw HarnessError(fmt::format(
+        "there is a network namespace {} already, which this run did not make and leaves alone; "
+        "see what runs in it with `ip netns pids {}`; choose another --name, or remove it",
+        one, one));
   Caretaker::instance().remove_network_at_end(name);
   try {
     make();

@@ -225,7 +225,7 @@ void add_analyze_network(CLI::App& analyze) {
   command->add_option("--packets", o->sampling.packets, "packet periods of each")
       ->check(CLI::Range(10, 100000000))
       ->capture_default_str();
-  command->add_option("--seed", o->sampling.seed, "of the fates");
+  command->add_option("--seed", o->sampling.seed, "of the fates")->check(seed_number, "", "seed");
   on_call(*command, o, run);
 }
 

@@ -224,7 +224,8 @@ void add_netem(CLI::App& app) {
           "thesis, rate, delay, jitter, loss, users, conditions, all (with --virtual), or a "
           "sweep file")
       ->capture_default_str();
-  command->add_flag("--virtual", o->virtual_time, "in virtual time, from --seed");
+  auto* in_virtual_time =
+      command->add_flag("--virtual", o->virtual_time, "in virtual time, from --seed");
   command->add_flag("--quick", o->quick, "a few points only");
   command->add_flag("--list", o->list, "the built-in sweeps");
   command
@@ -238,10 +239,15 @@ void add_netem(CLI::App& app) {
             return fits ? std::string() : text + " is no number of seconds from 2 to 3600";
           },
           "[2 - 3600]", "seconds");
-  command->add_option("--seed", o->seed, "of the modelled network's fates")->capture_default_str();
+  command->add_option("--seed", o->seed, "of the modelled network's fates")
+      ->check(seed_number, "", "seed")
+      ->needs(in_virtual_time)
+      ->capture_default_str();
   command->add_option("--threads", o->threads, "threads in virtual time; 0: one a core")
-      ->check(CLI::Range(0, 1024));
-  command->add_flag("--no-search", o->no_search, "leave out the largest stable couplings");
+      ->check(CLI::Range(0, 1024))
+      ->needs(in_virtual_time);
+  command->add_flag("--no-search", o->no_search, "leave out the largest stable couplings")
+      ->needs(in_virtual_time);
   auto* trips = command
                     ->add_option("--round-trips", o->round_trips,
                                  "a recorded network instead of a sweep: a round trip [ms] a line")

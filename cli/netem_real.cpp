@@ -196,6 +196,8 @@ void add_real_options(CLI::App& command, RealRequest& request) {
     command.add_option(name, value)->group("");
   real->add_flag("--check", request.check, "only say where netem is on this machine");
   real->add_flag("--clean", request.clean, "only remove what killed runs left behind");
+  for (CLI::Option* option : real->get_options({}))
+    option->excludes(command.get_option("--virtual"));
 }
 
 bool do_chores(const RealRequest& request) {

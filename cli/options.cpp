@@ -1,11 +1,16 @@
 #include "cli/options.h"
 
 #include <cerrno>
+#include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <limits>
 #include <unistd.h>
+
+#include <fmt/format.h>
 
 #include "cli/commands.h"
 #include "scene/load_scene.h"
@@ -54,6 +59,15 @@ std::string not_negative(const std::string& number) {
   double value = 0.0;
   if (CLI::detail::lexical_cast(number, value) && std::isfinite(value) && value >= 0.0) return {};
   return number + " is no number of at least 0";
+}
+
+std::string seed_number(const std::string& text) {
+  std::uint64_t seed = 0;
+  const char* end = text.data() + text.size();
+  const auto read = std::from_chars(text.data(), end, seed);
+  if (read.ec == std::errc() && read.ptr == end) return {};
+  return fmt::format("{} is no seed; allowed: whole numbers from 0 to {}", text,
+                     std::numeric_limits<std::uint64_t>::max());
 }
 
 std::string writable_file(const std::string& file) {

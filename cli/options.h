@@ -49,6 +49,9 @@ struct JsonOption {
       "FLOAT in [" + CLI::detail::to_string(low) + " - " + CLI::detail::to_string(high) + "]");
 }
 
+/// Why the text is no seed: numbers below 0 would be read as huge ones. Empty: it is one.
+[[nodiscard]] std::string seed_number(const std::string& text);
+
 /// Why the file could not be written, to be told before the work and not after it; empty: it can.
 /// "-" is standard output.
 [[nodiscard]] std::string writable_file(const std::string& file);

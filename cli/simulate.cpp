@@ -390,7 +390,8 @@ void add_simulate(CLI::App& app) {
   o->link.add(*command);
   command->add_option("--duplicate", o->duplicate, "share of packets doubled")
       ->check(between(0.0, 1.0));
-  command->add_option("--seed", o->seed, "of the network's fates and of the random state");
+  command->add_option("--seed", o->seed, "of the network's fates and of the random state")
+      ->check(seed_number, "", "seed");
   command->add_flag("--no-growth", o->no_growth, "leave out the growth measurement");
   command->add_option("--csv", o->csv, "trajectory, one row a packet period")
       ->check(writable_file, "", "writable");

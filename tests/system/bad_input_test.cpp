@@ -62,6 +62,28 @@ TEST(BadInput, WordsAndNumbersThatAreNone) {
   expect_refused({"probe", "127.0.0.1:9", "--count", "-5"}, {"--count", "10000000"}, 2);
   expect_refused({"probe", "127.0.0.1:9", "--picture", "a.png"}, {"--picture", ".svg"}, 2);
   expect_refused({"simulate", "--csv", "/nowhere/a.csv"}, {"--csv", "/nowhere"}, 2);
+  expect_refused({"simulate", "--scene", "axis_single", "--seed", "-1"}, {"--seed", "-1", "0"}, 2);
+}
+
+TEST(BadInput, OptionsOfNetemThatDoNotGoTogether) {
+  expect_refused({"netem", "--virtual", "--seed", "-1"}, {"--seed", "-1", "0"}, 2);
+  expect_refused({"netem", "--virtual", "--host-clock"}, {"--virtual", "--host-clock"}, 2);
+  expect_refused({"netem", "--sweep", "thesis", "--no-search"}, {"--no-search", "--virtual"}, 2);
+  expect_refused({"netem", "--sweep", "all"}, {"--sweep", "--virtual"}, 2);
+  expect_refused({"netem", "--sweep", "nonsense"}, {"nonsense", "thesis", "./nonsense"}, 2);
+}
+
+TEST(BadInput, ASweepThatCannotWriteOneFileWritesTheOthers) {
+  namespace fs = std::filesystem;
+  const fs::path folder = fs::temp_directory_path() / ("tandem-full-" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  const std::string json = folder / "out.json";
+  // A device that is always full.
+  expect_refused(
+      {"netem", "--virtual", "--quick", "--no-search", "--csv", "/dev/full", "--json", json},
+      {"/dev/full", "No space left"});
+  EXPECT_GT(fs::file_size(json), 1000u);
+  fs::remove_all(folder);
 }
 
 TEST(BadInput, ASceneThatIsCheckedSaysItsProblemsAsJsonToo) {

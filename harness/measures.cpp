@@ -273,14 +273,18 @@ MeasuredDrag measure_drag(const Trajectory& session, int site, double force) {
     return out;
   }
   const double q = d2 / d1;
+  out.growth_per_s = std::pow(q, 1.0 / (static_cast<double>(sixth) * session.tick));
   out.n_s_per_m = force * (1.0 - q) / (v[0] * (1.0 - q) + d1);
   return out;
 }
 
-void judge_by_drag(Stability& stability, double drag) {
-  if (!stability.judged || !stability.stable || !(drag < -kLeastDrag)) return;
+void judge_by_drag(Stability& stability, const MeasuredDrag& drag, double packet_period) {
+  if (!stability.judged || !stability.stable || !(drag.n_s_per_m < -kLeastDrag)) return;
   stability.stable = false;
-  stability.reason = fmt::format("a hand that moves freely speeds up: drag {:.3g} N s/m", drag);
+  stability.reason =
+      fmt::format("a hand that moves freely speeds up: drag {:.3g} N s/m", drag.n_s_per_m);
+  stability.growth_per_s = drag.growth_per_s;
+  stability.growth_per_packet = std::pow(drag.growth_per_s, packet_period);
 }
 
 double measure_stiffness(const Trajectory& session, int site, double seconds) {

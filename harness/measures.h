@@ -135,13 +135,14 @@ struct Measures {
 /// Where v1 and v2 differ by less than 1 % it is F / v3.
 struct MeasuredDrag {
   double n_s_per_m = kNotMeasured;
-  bool settled = false;  ///< v3 differs from v2 by less than 1 %
+  bool settled = false;                ///< v3 differs from v2 by less than 1 %
+  double growth_per_s = kNotMeasured;  ///< e^(-b/m): of what is left to the end velocity
 };
 [[nodiscard]] MeasuredDrag measure_drag(const Trajectory& session, int site, double force);
 
 /// A negative drag makes free motion grow exponentially, however little of it a kick left: what was
-/// stable so far is not if the drag is below -kLeastDrag.
-void judge_by_drag(Stability& stability, double drag);
+/// stable so far is not if the drag is below -kLeastDrag, and grows as the push did.
+void judge_by_drag(Stability& stability, const MeasuredDrag& drag, double packet_period);
 inline constexpr double kLeastDrag = 0.05;  ///< known to that on sockets [N s/m]
 
 /// Force over displacement of `site`'s first finger, by least squares over the last `seconds`,

@@ -199,16 +199,10 @@ class RealSweep {
       result.measures.drag = drag.n_s_per_m;
       result.measures.drag_settled = drag.settled;
       result.push_missed = session.missed_share;
-      Trajectory twin = run_virtual(pushed(result.point.scene, user, kPushForce),
-                                    replayed_network(session.links), job.seconds);
-      result.twin.drag = measure_drag(twin, user, kPushForce).n_s_per_m;
-      if (session.missed_share <= kMostMissed)
-        judge_by_drag(result.measures.stability, drag.n_s_per_m);
-      Stability of_twin;
-      of_twin.judged = result.twin.judged;
-      of_twin.stable = result.twin.stable;
-      judge_by_drag(of_twin, result.twin.drag);
-      result.twin.stable = of_twin.stable;
+      const Trajectory twin = run_virtual(pushed(result.point.scene, user, kPushForce),
+                                          replayed_network(session.links), job.seconds);
+      pushes_[job.point] = {drag, measure_drag(twin, user, kPushForce)};
+      result.twin.drag = pushes_[job.point].twin.n_s_per_m;
     } else if (job.name == "touch") {
       measure_touch(std::move(session.trajectory), analysis::drag_user(result.point.scene),
                     result.measures);
@@ -260,7 +254,23 @@ class RealSweep {
     return steady(network.there) && steady(network.back);
   }
 
+  /// Kick and push together: in what order they came does not matter.
+  void judge_by_push(std::size_t i) {
+    const auto push = pushes_.find(i);
+    if (push == pushes_.end()) return;
+    PointResult& result = results_[i];
+    const double period = result.point.scene.tick() * result.point.scene.ticks_per_packet();
+    if (result.push_missed <= kMostMissed)
+      judge_by_drag(result.measures.stability, push->second.real, period);
+    Stability of_twin;
+    of_twin.judged = result.twin.judged;
+    of_twin.stable = result.twin.stable;
+    judge_by_drag(of_twin, push->second.twin, period);
+    result.twin.stable = of_twin.stable;
+  }
+
   void predict_and_plan(std::size_t i, std::vector<SessionJob>& jobs) {
+    judge_by_push(i);
     PointResult& result = results_[i];
     const SweepPoint& point = result.point;
     say(point.name + ": prediction");
@@ -295,7 +305,11 @@ class RealSweep {
   std::vector<PointResult> results_;
   std::vector<std::size_t> numbers_;  ///< of the points in the whole sweep, from 1
   std::map<std::string, SeenLink> probed_;
+  struct Push {
+    MeasuredDrag real, twin;
+  };
   std::map<std::size_t, std::vector<MeasuredLink>> links_;
+  std::map<std::size_t, Push> pushes_;
   int done_ = 0, all_ = 0;
 };
 

@@ -90,12 +90,15 @@ TEST(Stability, OnSocketsGrowthAboveTheMurmurIsSeen) {
 
 TEST(Stability, AHandThatSpeedsUpByItselfIsNotStable) {
   Stability s = judged(5.0, -2.0);
-  judge_by_drag(s, -0.04);
+  const double period = 1.0 / 128.0;
+  judge_by_drag(s, {.n_s_per_m = -0.04, .growth_per_s = 1.1}, period);
   EXPECT_TRUE(s.stable);
-  judge_by_drag(s, std::nan(""));
+  judge_by_drag(s, {}, period);
   EXPECT_TRUE(s.stable);
-  judge_by_drag(s, -0.3);
+  judge_by_drag(s, {.n_s_per_m = -0.3, .growth_per_s = 2.0}, period);
   EXPECT_FALSE(s.stable);
+  EXPECT_EQ(s.growth_per_s, 2.0);
+  EXPECT_NEAR(std::pow(s.growth_per_packet, 128.0), 2.0, 1e-12);
   EXPECT_NE(s.reason.find("-0.3"), std::string::npos) << s.reason;
 }
 
@@ -146,6 +149,9 @@ TEST(Drag, IsFoundOfAMassBeforeItHasSettled) {
                 }),
         0, force);
     EXPECT_NEAR(m.n_s_per_m, b, 1e-6) << b;
+    if (b < 1.0) {  // else it has settled
+      EXPECT_NEAR(m.growth_per_s, std::exp(-b / mass), 1e-6) << b;
+    }
   }
   const auto none = measure_drag(
       session(6.0, [&](int, double t, SiteSample& s) { s.hand[0].x = 0.5 * force / mass * t * t; }),

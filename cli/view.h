@@ -2,28 +2,13 @@
 
 #include <string>
 
-#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
 
 #include "cli/options.h"
+#include "cli/window_arguments.h"
 #include "view/viewer.h"
 
 namespace tandem::cli {
-
-/// The options of everything that opens a window.
-struct WindowArguments {
-  std::string size = "1280x720";
-  double fps = 60.0, seconds = 0.0;
-  std::string screenshot, frames;
-  bool hidden = false, offscreen = false, no_panels = false, no_labels = false, no_ghosts = false;
-  int samples = -1;  ///< -1: what suits
-  bool stereo = false;
-  std::string room, head, head_track, head_udp, eye = "middle";
-  std::string camera;
-
-  void add(CLI::App& command);
-  /// Throws CLI::ValidationError, std::runtime_error (room).
-  [[nodiscard]] view::ViewerOptions options() const;
-};
 
 /// What arrows, rings and dots mean in a scene.
 [[nodiscard]] std::string legend_of(const core::Scene& scene, bool pointer);

@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include "cli/commands.h"
 #include "cli/netem_real.h"
@@ -137,7 +138,7 @@ SweepRun run_one(const NetemOptions& o, const std::string& name) {
     }
   } catch (const std::runtime_error&) {
     if (netem_interrupted == 0 && !harness::Caretaker::interrupted()) throw;
-    throw Failed("stopped; nothing is written");
+    throw Failed("stopped; nothing of sweep " + run.sweep.name + " is written");
   }
   run.wall_seconds =
       std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -175,12 +176,12 @@ void run(NetemOptions& o) {
   ordered_json all = ordered_json::object();
   std::size_t points = 0, disagreements = 0;
   // Said at the end: what can be written is not lost with what cannot.
-  std::string not_written;
+  std::vector<std::string> failures;
   const auto attempt = [&](const auto& write) {
     try {
       write();
     } catch (const Failed& e) {
-      not_written += fmt::format("{}{}", not_written.empty() ? "" : "\n", e.what());
+      failures.emplace_back(e.what());
     }
   };
   for (const std::string& name : names) {
@@ -193,6 +194,9 @@ void run(NetemOptions& o) {
     if (!o.csv.empty()) attempt([&] { write_text(file(o.csv), to_csv(done)); });
     if (!o.report.empty()) attempt([&] { write_report(file(o.report), json); });
     points += done.results.size();
+    if (!done.results.empty() && std::all_of(done.results.begin(), done.results.end(),
+                                             [](const auto& r) { return r.failed; }))
+      failures.push_back(fmt::format("every point of sweep {} failed", name));
     disagreements += json["disagreements"].get<std::size_t>();
     if (names.size() == 1)
       all = json;
@@ -206,7 +210,7 @@ void run(NetemOptions& o) {
       fmt::print("all sweeps: {} points, {} disagreements\n", points, disagreements);
   }
   o.json.write(all);
-  if (!not_written.empty()) throw Failed(not_written);
+  if (!failures.empty()) throw Failed(fmt::format("{}", fmt::join(failures, "\n")));
 }
 
 }  // namespace

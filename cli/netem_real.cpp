@@ -76,6 +76,10 @@ void look_for_leftovers(bool remove) {
     throw Failed("removing network namespaces needs root");
   harness::remove_namespaces(namespaces);
   harness::remove_guests(guests);
+  const std::size_t still = harness::left_namespaces().size() + harness::left_guests().size();
+  if (still > 0)
+    throw Failed(fmt::format(
+        "{} of these {} could not be removed: run it as who made them, or root", still, count));
   std::fputs(count > 0 ? "removed\n" : "nothing is left of killed runs\n", stderr);
 }
 
@@ -216,7 +220,8 @@ RealRun run_real(const harness::Sweep& sweep, const RealRequest& request,
   const Place place = find_place();
   if (!place.here && !place.guest.ready()) throw Failed(what_it_needs(place));
   const harness::RealProgress progress = [&](int done, int all, const std::string& doing) {
-    if (!listener.progress(done, all, doing)) throw harness::Interrupted();
+    if (!listener.progress(done, all, doing) || harness::Caretaker::interrupted())
+      throw harness::Interrupted();
   };
   run.setting = real_setting();
   run.results = place.here ? run_here(carried, request, {}, boundaries, progress)

@@ -280,7 +280,8 @@ ordered_json to_json(const SweepRun& run) {
   json["verdicts_compared"] = {{"with_analysis", compared.with_analysis},
                                {"with_virtual_time", compared.with_virtual_time},
                                {"near_boundary", compared.near_boundary},
-                               {"missed_ticks", compared.missed_ticks}};
+                               {"missed_ticks", compared.missed_ticks},
+                               {"drags", compared.drags}};
   int probed = 0;
   const std::vector<std::string> not_set = not_as_set(run.results, probed);
   json["conditions_probed"] = probed;
@@ -376,9 +377,11 @@ std::string to_text(const SweepRun& run) {
   text += fmt::format("  {:44} {:>12} {:>12} {:>7} {:>7} {:>6} {:>6} {:>8} {:>8}\n", "", "", "",
                       "pred", "meas", "pred", "meas", "[weber]", "[mm]");
   double session_seconds = 0.0;
+  int failed = 0;
   for (const PointResult& r : run.results) {
     session_seconds += r.session_seconds;
     if (r.failed) {
+      ++failed;
       text += fmt::format("  {:44} FAILED: {}\n", r.point.name, r.log);
       continue;
     }
@@ -413,10 +416,13 @@ std::string to_text(const SweepRun& run) {
     const harness::Comparisons c = harness::comparisons(run.results);
     text += fmt::format(
         "  verdicts compared: {} with the analysis, {} with virtual time; {} too near the "
-        "boundary; {} not compared: the machine missed over 1 % of the ticks, twice\n",
-        c.with_analysis, c.with_virtual_time, c.near_boundary, c.missed_ticks);
+        "boundary; {} not compared: the machine missed over 1 % of the ticks, twice; drags "
+        "compared: {}\n",
+        c.with_analysis, c.with_virtual_time, c.near_boundary, c.missed_ticks, c.drags);
   }
-  text += fmt::format("  {} points, {} disagreements", run.results.size(), exact);
+  text += fmt::format("  {} points, ", run.results.size());
+  if (failed > 0) text += fmt::format("{} FAILED, ", failed);
+  text += fmt::format("{} disagreements", exact);
   if (exact != static_cast<std::ptrdiff_t>(found.size()))
     text += fmt::format(
         " (and {} where jitter or loss was replaced by a steady network of the same mean age)",

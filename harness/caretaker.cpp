@@ -38,7 +38,7 @@ void take_care(int pipe) {
     if (duty[0] == 'g') kill(-std::stoi(duty.substr(2)), SIGKILL);
   for (const std::string& duty : duties) {
     const std::string what = duty.substr(2);
-    if (duty[0] == 'n') remove_namespaces(namespaces_of(what));
+    if (duty[0] == 'n') remove_namespaces({what});
     std::error_code ignored;
     if (duty[0] == 'f') std::filesystem::remove_all(what, ignored);
   }
@@ -59,6 +59,9 @@ void Caretaker::listen() {
   sigemptyset(&action.sa_mask);
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
+  // A program that has gone must not take us with it when we write to it.
+  action.sa_handler = SIG_IGN;
+  sigaction(SIGPIPE, &action, nullptr);
 }
 
 Caretaker::Caretaker() {
@@ -94,7 +97,8 @@ void Caretaker::tell(const std::string& line) {
 
 void Caretaker::kill_group_at_end(pid_t leader) { tell("g " + std::to_string(leader)); }
 void Caretaker::remove_folder_at_end(const std::string& folder) { tell("f " + folder); }
-void Caretaker::remove_network_at_end(const std::string& name) { tell("n " + name); }
+void Caretaker::remove_namespace_at_end(const std::string& name) { tell("n " + name); }
+void Caretaker::namespace_is_removed(const std::string& name) { tell("-n " + name); }
 void Caretaker::group_has_ended(pid_t leader) { tell("-g " + std::to_string(leader)); }
 void Caretaker::folder_is_removed(const std::string& folder) { tell("-f " + folder); }
 void Caretaker::forget() { tell("forget"); }

@@ -16,16 +16,16 @@ class Caretaker {
   /// Whether SIGINT or SIGTERM has come since the start.
   [[nodiscard]] static bool interrupted();
 
-  /// Sets the signal handlers again, for callers who had others in between.
+  /// Sets the signal handlers again, for callers who had others in between. SIGPIPE is ignored.
   void listen();
 
   void kill_group_at_end(pid_t leader);
   void remove_folder_at_end(const std::string& folder);
-  /// Its namespaces, if Namespaces made them; called by it.
-  void remove_network_at_end(const std::string& name);
+  void remove_namespace_at_end(const std::string& name);
   /// Done by others since, and its number or name may soon be somebody else's.
   void group_has_ended(pid_t leader);
   void folder_is_removed(const std::string& folder);
+  void namespace_is_removed(const std::string& name);
   /// All is done: nothing of what was told is needed any more.
   void forget();
 

@@ -157,11 +157,9 @@ void Child::signal(int number) {
 
 bool Child::write(const std::string& text) {
   if (input_ < 0) return false;
-  // A program that has gone must not take us with it.
-  struct sigaction ignore {
-  }, before;
-  ignore.sa_handler = SIG_IGN;
-  sigaction(SIGPIPE, &ignore, &before);
+  // A program that has gone must not take us with it. For good: others write in other threads.
+  static const auto before = std::signal(SIGPIPE, SIG_IGN);
+  static_cast<void>(before);
   std::size_t done = 0;
   while (done < text.size()) {
     const ssize_t n = ::write(input_, text.data() + done, text.size() - done);
@@ -169,7 +167,6 @@ bool Child::write(const std::string& text) {
     if (n <= 0) break;
     done += static_cast<std::size_t>(n);
   }
-  sigaction(SIGPIPE, &before, nullptr);
   return done == text.size();
 }
 

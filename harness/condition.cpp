@@ -160,15 +160,23 @@ std::string to_text(const Condition& c) {
                         : "sd " + for_people(c.jitter) + " " + netem_name(c.distribution));
   if (c.correlation > 0.0) parts.push_back("correlation " + percent(c.correlation));
   if (c.loss > 0.0) parts.push_back("loss " + percent(c.loss));
-  if (c.bursts)
-    parts.push_back(
-        fmt::format("bursts in {} out {}", percent(c.bursts->enter), percent(c.bursts->leave)));
+  if (c.bursts) {
+    const Bursts usual;
+    std::string text =
+        fmt::format("bursts in {} out {}", percent(c.bursts->enter), percent(c.bursts->leave));
+    if (c.bursts->loss_inside != usual.loss_inside)
+      text += " losing " + percent(c.bursts->loss_inside);
+    if (c.bursts->loss_outside != usual.loss_outside)
+      text += ", else " + percent(c.bursts->loss_outside);
+    parts.push_back(text);
+  }
   if (c.duplicate > 0.0) parts.push_back("duplicate " + percent(c.duplicate));
   if (c.reorder > 0.0) parts.push_back("reorder " + percent(c.reorder));
   if (c.rate_bit_per_s > 0.0) parts.push_back(fmt::format("{:g} bit/s", c.rate_bit_per_s));
   if (c.outage)
     parts.push_back("outage " + for_people(c.outage->length) + " at " +
-                    for_people(c.outage->start));
+                    for_people(c.outage->start) +
+                    (c.outage->period > 0.0 ? " every " + for_people(c.outage->period) : ""));
   return fmt::format("{}", fmt::join(parts, ", "));
 }
 

@@ -73,7 +73,8 @@ struct LinkConditions {
 /// netem cannot do (loss and bursts, reordering without delay...) is wrong in virtual time too.
 [[nodiscard]] std::string problem_with(const Condition& condition);
 
-/// Short text for tables: "5 ms, sd 1 ms normal, loss 5 %"; "clear" for nothing.
+/// Short text for tables: "5 ms, sd 1 ms normal, loss 5 %"; "clear" for nothing. Everything is in
+/// it: conditions of the same text are the same.
 [[nodiscard]] std::string to_text(const Condition& condition);
 
 /// Arguments after `tc qdisc ... netem`; empty for a clear condition. Outages and recordings are

@@ -82,10 +82,14 @@ constexpr const char* kHint =
   std::string command;
   for (const std::string& word : words) command += quoted(word) + " ";
   const char* home = std::getenv("HOME");
+  std::string own;  // where a guest finds what its host has found
+  for (const char* name : {"TANDEM_SCENES", "TANDEM_SWEEPS"})
+    if (const char* value = std::getenv(name); value != nullptr)
+      own += fmt::format(" {}={}", name, quoted(value));
   return fmt::format(
       "#!/bin/sh\n"
       "export PATH=/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin\n"
-      "export HOME={home} LANG=C.UTF-8 {inside}={modules} {host}={described}\n"
+      "export HOME={home} LANG=C.UTF-8 {inside}={modules} {host}={described}{own}\n"
       "cd {here}\n"
       "{command} >{folder}/out 2>{folder}/err </dev/null\n"
       "echo $? >{folder}/status.new && mv {folder}/status.new {folder}/status\n"
@@ -94,7 +98,7 @@ constexpr const char* kHint =
       "sleep 60\n",
       fmt::arg("home", quoted(home != nullptr ? home : "/root")), fmt::arg("inside", kInside),
       fmt::arg("modules", quoted(kernel.modules)), fmt::arg("host", kHost),
-      fmt::arg("described", quoted(describe_host(clock))),
+      fmt::arg("described", quoted(describe_host(clock))), fmt::arg("own", own),
       fmt::arg("here", quoted(fs::current_path().string())), fmt::arg("command", command),
       fmt::arg("folder", folder));
 }
@@ -329,13 +333,21 @@ void Guest::start(const std::vector<std::string>& words) {
     throw HarnessError(
         "tandem_guest_clock.so is neither beside this program nor installed with it; build or "
         "install the whole of Tandem, or add --host-clock");
+  // The loader takes a list and splits it at blanks and colons: its own folder's name has none.
+  if (folder_.find_first_of(" :'\"$\\") != std::string::npos)
+    throw HarnessError("the guest's folder " + folder_ +
+                       " has a blank, colon, quote, $ or \\ in its name, which user-mode Linux "
+                       "cannot start from; set TMPDIR to another folder");
+  const std::string own_clock = clock.empty() ? "" : folder_ + "/clock.so";
+  if (std::error_code error; !clock.empty() && !fs::copy_file(clock, own_clock, error))
+    throw HarnessError("cannot write " + own_clock + ": " + error.message());
   {
     std::ofstream init(folder_ + "/init");
     init << init_script(kernel_, folder_, words, clock_);
     if (!init.flush()) throw HarnessError("cannot write " + folder_ + "/init: disk full?");
   }
   fs::permissions(folder_ + "/init", fs::perms::owner_all);
-  pid_ = boot(kernel_, folder_, clock, processor_);
+  pid_ = boot(kernel_, folder_, own_clock, processor_);
   Caretaker::instance().kill_group_at_end(pid_);
   std::ofstream(folder_ + "/pid") << pid_ << "\n";
   started_ = std::chrono::steady_clock::now();
@@ -365,6 +377,11 @@ bool Guest::look(Said& said) {
   const bool came_up = fs::exists(folder_ + "/err");
   const bool late = !came_up && std::chrono::steady_clock::now() - started_ > kBootTime;
   if (end_of_kernel.si_pid == 0 && !late) return true;
+  std::error_code unknown;
+  constexpr std::uintmax_t kLeast = 65536;
+  if (fs::space(folder_, unknown).available < kLeast && !unknown)
+    throw HarnessError("user-mode Linux broke down: the disk of " + folder_ +
+                       " is full; make room, or set TMPDIR to a folder on another disk");
   const std::string console = last_lines(folder_ + "/console");
   throw HarnessError(fmt::format("user-mode Linux ({}) {}; its last words:\n{}", kernel_.program,
                                  came_up ? "broke down"

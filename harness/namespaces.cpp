@@ -45,7 +45,13 @@ constexpr const char* kPrefix = "tandem-";
   const char* end = name.data() + name.size();
   pid_t pid = 0;
   const auto [rest, error] = std::from_chars(begin, end, pid);
-  return error == std::errc() && rest != end && *rest == '-' ? pid : 0;
+  // "-a-bridge", "-b-2": what sessions are named after it.
+  const std::string_view site(rest, static_cast<std::size_t>(end - rest));
+  const bool ours = site.size() > 3 && site[0] == '-' && site[1] >= 'a' && site[1] <= 'd' &&
+                    site[2] == '-' &&
+                    (site.substr(3) == "bridge" ||
+                     site.find_first_not_of("0123456789", 3) == std::string_view::npos);
+  return error == std::errc() && ours ? pid : 0;
 }
 
 /// Ends what runs in a namespace, found by its inode.
@@ -70,6 +76,7 @@ std::string own_network_name() { return fmt::format("{}{}", kPrefix, getpid()); 
 bool is_running_tandem(pid_t pid) {
   std::error_code error;
   const fs::path program = fs::read_symlink(fmt::format("/proc/{}/exe", pid), error);
+  if (error == std::errc::permission_denied) return true;  // somebody else's: not ours to doubt
   return !error && program.filename().string().starts_with("tandem");
 }
 
@@ -89,13 +96,12 @@ Namespaces::Namespaces(const std::string& name, int sites) : bridge_(name + "-br
   for (int i = 0; i < sites; ++i) sites_.push_back(fmt::format("{}-{}", name, i + 1));
   shapes_.resize(sites_.size());
   known_.assign(sites_.size(), true);
-  // Also one that is no site of ours: the caretaker goes by the name.
+  // Also one that is no site of ours: who looks for this network by its name would find it.
   for (const std::string& one : namespaces_of(name))
     throw HarnessError(fmt::format(
         "there is a network namespace {} already, which this run did not make and leaves alone; "
         "see what runs in it with `ip netns pids {}`; choose another --name, or remove it",
         one, one));
-  Caretaker::instance().remove_network_at_end(name);
   try {
     make();
   } catch (...) {
@@ -111,6 +117,7 @@ std::string Namespaces::address_of(int site) const { return fmt::format("10.84.0
 void Namespaces::make() {
   const auto add = [this](const std::string& name) {
     must_run({"ip", "netns", "add", name});
+    Caretaker::instance().remove_namespace_at_end(name);
     made_.push_back(name);
   };
   add(bridge_);
@@ -143,6 +150,7 @@ void Namespaces::make() {
 
 void Namespaces::remove() noexcept {
   remove_namespaces(made_);
+  for (const std::string& name : made_) Caretaker::instance().namespace_is_removed(name);
   made_.clear();
 }
 

@@ -29,6 +29,12 @@ Side expected_side(const BoundaryTry& t, double factor) {
   return {};
 }
 
+/// The drag of a session that blows up is that of its blowing up.
+bool compares_drag(const PointResult& r) {
+  return !r.failed && r.prediction.judged && r.prediction.stable && r.measures.stability.stable &&
+         !(r.push_missed > kMostMissed) && std::isfinite(r.measures.drag);
+}
+
 /// Calls `say(exact, what)` for what does not agree, and counts.
 template <typename Say>
 void compare(const PointResult& r, Comparisons& count, Say&& say) {
@@ -76,8 +82,8 @@ void compare(const PointResult& r, Comparisons& count, Say&& say) {
 
 std::vector<Disagreement> disagreements(const std::vector<PointResult>& results) {
   constexpr double kDragOff = 0.1;  // of the prediction
-  // Of what hold has there. Compensation and extrapolation make up for a drag that grows with the
-  // age of the samples, and sockets know that to 0.2 of 6 to 14 ms.
+  // Of what hold has there. Extrapolation makes up for a drag that grows with the age of the
+  // samples, and sockets know that to 0.2 of 6 to 14 ms.
   constexpr double kHoldDragOff = 0.02;
   std::vector<Disagreement> out;
   for (const PointResult& r : results) {
@@ -90,16 +96,15 @@ std::vector<Disagreement> disagreements(const std::vector<PointResult>& results)
     const auto drag = [&](bool exact, const char* who, double wanted) {
       const double off = std::abs(r.measures.drag - wanted);
       double allowed = kDragOff * std::max(std::abs(wanted), kLeastDrag);
-      if (std::isfinite(r.hold_drag))
+      if (std::isfinite(r.hold_drag) &&
+          r.point.scene.reconstruction.kind == core::ReconstructionKind::kExtrapolate)
         allowed = std::max(allowed, kHoldDragOff * std::abs(r.hold_drag));
       if (std::isfinite(off) && off > allowed)
         out.push_back(
             {exact, r.point.name,
              fmt::format("drag: {} {:.4g} N s/m, measured {:.4g}", who, wanted, r.measures.drag)});
     };
-    // The drag of a session that blows up is that of its blowing up.
-    if (!p.judged || !p.stable || !r.measures.stability.stable) continue;
-    if (r.push_missed > kMostMissed) continue;
+    if (!compares_drag(r)) continue;
     drag(p.exact, "predicted", p.drag);
     drag(true, "virtual time over the recorded packets", r.twin.drag);
   }
@@ -110,9 +115,16 @@ std::vector<Disagreement> disagreements(const std::vector<DelayBoundary>& bounda
   constexpr double kOff = 0.1;
   std::vector<Disagreement> out;
   for (const DelayBoundary& b : boundaries) {
-    const double bound = std::max(b.tick, kOff * b.predicted);
+    const double bound = std::isinf(b.predicted) ? 0.0 : std::max(b.tick, kOff * b.predicted);
+    const auto off = [&](double one, double other) { return one - other > bound; };
+    if (b.predicted != b.in_virtual_time &&
+        (off(b.predicted, b.in_virtual_time) || off(b.in_virtual_time, b.predicted)))
+      out.push_back(
+          {true, b.scene,
+           fmt::format("boundary in delay: predicted {:.4g} ms, in virtual time {:.4g} ms",
+                       1e3 * b.predicted, 1e3 * b.in_virtual_time)});
     // Stable just below the boundary, not at it.
-    if (b.real_stable - b.predicted > bound || b.predicted - b.real_not_stable > bound)
+    if (off(b.real_stable, b.predicted) || off(b.predicted, b.real_not_stable))
       out.push_back({true, b.scene,
                      fmt::format("boundary in delay: predicted {:.4g} ms, sockets stable at {:.4g} "
                                  "ms and not at {:.4g} ms",
@@ -123,8 +135,10 @@ std::vector<Disagreement> disagreements(const std::vector<DelayBoundary>& bounda
 
 Comparisons comparisons(const std::vector<PointResult>& results) {
   Comparisons count;
-  for (const PointResult& r : results)
+  for (const PointResult& r : results) {
     if (!r.failed) compare(r, count, [](bool, const std::string&) {});
+    count.drags += compares_drag(r) && std::isfinite(r.prediction.drag) ? 1 : 0;
+  }
   return count;
 }
 

@@ -92,7 +92,8 @@ struct DelayBoundary {
 };
 
 /// A point where measured and predicted are on different sides, not within 10 % of the boundary, or
-/// the drag is off by more than 10 %.
+/// the drag is off by more than 10 %; with extrapolation by more than that and 2 % of the drag that
+/// hold has there.
 struct Disagreement {
   /// False: the network has jitter or loss, for which there is no exact prediction, only that of a
   /// steady network of the same mean age.
@@ -101,15 +102,16 @@ struct Disagreement {
 };
 [[nodiscard]] std::vector<Disagreement> disagreements(const std::vector<PointResult>& results);
 
-/// The same of boundaries in delay: sockets stable a tick or more, and a tenth, beyond the
-/// analysis, or not stable as much before it.
+/// The same of boundaries in delay: virtual time, or what is stable and what is not on sockets, off
+/// the analysis by more than a tick and a tenth.
 [[nodiscard]] std::vector<Disagreement> disagreements(const std::vector<DelayBoundary>& boundaries);
 
-/// How many verdicts could be compared, not near a boundary.
+/// How many verdicts could be compared, not near a boundary, and how many drags.
 struct Comparisons {
   int with_analysis = 0, with_virtual_time = 0;
-  int near_boundary = 0;  ///< compared with neither
+  int near_boundary = 0;  ///< not compared with the analysis
   int missed_ticks = 0;   ///< compared with neither: kMostMissed
+  int drags = 0;          ///< with the analysis
 };
 [[nodiscard]] Comparisons comparisons(const std::vector<PointResult>& results);
 

@@ -350,7 +350,7 @@ bool is_steady(const NetworkModel& network) {
     for (const auto& link : row)
       if (link.jitter != core::JitterKind::kNone || link.loss > 0.0 || link.burst_enter > 0.0 ||
           link.duplicate > 0.0 || link.reorder > 0.0 || link.service_ticks > 0.0 ||
-          !link.recorded.empty())
+          link.outage_length > 0 || !link.recorded.empty())
         return false;
   return true;
 }

@@ -194,11 +194,12 @@ class RealSweep {
       links_[job.point] = session.links;
       note_links(result, session.links);
     } else if (job.name == "push") {
+      result.push_missed = session.missed_share;
+      if (has_blown_up(session.trajectory)) return;
       const int user = analysis::drag_user(result.point.scene);
       const MeasuredDrag drag = measure_drag(session.trajectory, user, kPushForce);
       result.measures.drag = drag.n_s_per_m;
       result.measures.drag_settled = drag.settled;
-      result.push_missed = session.missed_share;
       const Trajectory twin = run_virtual(pushed(result.point.scene, user, kPushForce),
                                           replayed_network(session.links), job.seconds);
       pushes_[job.point] = {drag, measure_drag(twin, user, kPushForce)};
@@ -213,6 +214,7 @@ class RealSweep {
 
   /// Against the same hands on the ideal twin, in virtual time.
   static void measure_carry(const SessionJob& job, Trajectory& session, PointResult& result) {
+    if (has_blown_up(session)) return;
     Trajectory twin = run_virtual(ideal_twin(job.scene), {}, job.seconds);
     // The start is not the network's.
     const auto settled = static_cast<std::int64_t>(job.scene.rates.local_hz);
@@ -364,6 +366,10 @@ void find_real_boundaries(std::vector<DelayBoundary>& boundaries, const RealOpti
     if (progress) progress(++done, static_cast<int>(jobs.size()), boundary.scene + ": " + job.name);
     if (!outcome.session) {
       boundary.failure += job.name + ": " + outcome.failure + "\n";
+      return;
+    }
+    if (outcome.session->missed_share > kMostMissed) {
+      boundary.failure += job.name + ": missed over 1 % of its ticks\n";
       return;
     }
     double ticks = 0.0;

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include "core/components.h"
 #include "core/packet.h"
 #include "harness/harness_error.h"
 #include "recording/recording_reader.h"
@@ -106,6 +107,21 @@ void add_energy(SiteTrajectory& site, int user, const std::vector<Node>& nodes) 
   }
 }
 
+/// What the network port of a client has given its hand, by exact increments: a force held while
+/// the hand moved. In ticks that were missed nothing is known to have moved.
+void add_client_energy(SiteTrajectory& site) {
+  site.has_network_energy = true;
+  double given = 0.0;
+  for (std::size_t k = 0; k + 1 < site.samples.size(); ++k) {
+    const SiteSample &now = site.samples[k], &next = site.samples[k + 1];
+    site.samples[k].network_energy = given;
+    if (next.slot == now.slot + 1)
+      for (int f = 0; f < site.fingers; ++f)
+        given += core::inner(now.force[f], next.hand[f] - now.hand[f]);
+  }
+  if (!site.samples.empty()) site.samples.back().network_energy = given;
+}
+
 [[nodiscard]] SiteTrajectory trajectory_of(const Node& node, const std::vector<Node>& nodes,
                                            const core::Scene& scene, int packet_bytes) {
   SiteTrajectory site;
@@ -125,6 +141,7 @@ void add_energy(SiteTrajectory& site, int user, const std::vector<Node>& nodes) 
   site.samples.reserve(node.ticks.size());
   for (const core::TickRecord& tick : node.ticks) site.samples.push_back(sample_of(tick, scene));
   if (!server && site.has_object) add_energy(site, node.site, nodes);
+  if (!server && !site.has_object) add_client_energy(site);
   site.packets_sent = node.real->report.value("packets_sent", std::int64_t{0});
   site.packets_accepted = node.real->report.value("packets_received", std::int64_t{0});
   site.bytes_sent = site.packets_sent * packet_bytes;

@@ -15,9 +15,6 @@ class SweepError : public std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// How the pull of old samples is met.
-enum class Style { kHold, kCompensated, kExtrapolate };
-
 /// One session of a sweep: a scene with its edits done, what the network does to it, how long.
 struct SweepPoint {
   std::string name;          ///< unique in the sweep: "distributed/hold/delay=5 ms"

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <set>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -95,6 +96,20 @@ TEST(Condition, SaysWhatIsWrongWithIt) {
     EXPECT_NE(problem_with(condition).find(word), std::string::npos) << word;
   EXPECT_EQ(problem_with({}), "");
   EXPECT_EQ(problem_with({.delay = 0.1, .jitter = 0.01, .loss = 1.0}), "");
+}
+
+TEST(Condition, OtherConditionsHaveOtherTexts) {
+  Condition a;
+  a.bursts = Bursts{.enter = 0.02, .leave = 0.2};
+  a.outage = Outage{.start = 0.5, .length = 0.1};
+  std::set<std::string> texts{to_text(a)};
+  a.bursts->loss_inside = 0.7;
+  texts.insert(to_text(a));
+  a.bursts->loss_outside = 0.01;
+  texts.insert(to_text(a));
+  a.outage->period = 1.0;
+  texts.insert(to_text(a));
+  EXPECT_EQ(texts.size(), 4u);
 }
 
 TEST(Condition, OutageAndRecordingAreWhatHoldsAtThatTime) {

@@ -1,5 +1,6 @@
 // Networks on this machine: namespaces, conditions that change, and a short sweep on real sockets
 // behind netem or in user-mode Linux.
+#include <algorithm>
 #include <cmath>
 #include <csignal>
 #include <cstdlib>
@@ -48,6 +49,22 @@ TEST(NamespacesTest, ANameThatIsTakenIsRefusedAndLeftAlone) {
     remove_namespaces({taken});
     EXPECT_TRUE(namespaces_of(name).empty());
   }
+}
+
+TEST(NamespacesTest, OnlyNamesThatWeGiveAreLeftOfKilledRuns) {
+  if (geteuid() != 0) GTEST_SKIP() << "needs root: makes network namespaces";
+  // Of a process that cannot be: above the largest number there is.
+  const std::vector<std::string> ours{"tandem-4194999-a-1", "tandem-4194999-b-bridge"},
+      others{"tandem-4194999-mylab", "tandem-4194999-a-x", "tandem-4194999-1"};
+  for (const auto& names : {ours, others})
+    for (const std::string& name : names)
+      if (run_program({"ip", "netns", "add", name}).status != 0)
+        GTEST_SKIP() << "no network namespaces here";
+  const std::vector<std::string> left = left_namespaces();
+  for (const std::string& name : ours) EXPECT_EQ(std::count(left.begin(), left.end(), name), 1);
+  for (const std::string& name : others) EXPECT_EQ(std::count(left.begin(), left.end(), name), 0);
+  remove_namespaces(ours);
+  remove_namespaces(others);
 }
 
 TEST(NamespacesTest, NamesThatNobodyShouldGiveAreRefused) {
@@ -173,6 +190,19 @@ TEST(RealNetemWords, WithoutNetemAndUserModeLinuxItSaysWhatItNeeds) {
   EXPECT_NE(ended.status, 0);
   for (const char* word : {"user-mode-linux", "sch_netem", "iproute2", "--virtual"})
     EXPECT_NE(ended.said.find(word), std::string::npos) << word << " in\n" << ended.said;
+}
+
+TEST(RealNetemWords, AFolderThatAGuestCannotStartFromIsNamed) {
+  if (run_program({TANDEM_PROGRAM, "netem", "--check"}).said.find("user-mode") == std::string::npos)
+    GTEST_SKIP() << "sessions do not run in user-mode Linux here";
+  const fs::path folder = fs::temp_directory_path() / ("a b" + std::to_string(getpid()));
+  fs::create_directories(folder);
+  const Ended ended = run_program({"env", "-C", folder, "TMPDIR=" + folder.string(), TANDEM_PROGRAM,
+                                   "netem", "--sweep", "thesis", "--quick"});
+  EXPECT_NE(ended.status, 0);
+  EXPECT_NE(ended.said.find(folder.string()), std::string::npos) << ended.said;
+  EXPECT_NE(ended.said.find("TMPDIR"), std::string::npos) << ended.said;
+  fs::remove_all(folder);
 }
 
 /// `tandem netem` on real sockets, with a sweep of our own. Nothing: it cannot run here.

@@ -114,16 +114,20 @@ TEST(Disagreements, ASessionOfAStalledMachineIsComparedWithNothingAndCounted) {
   EXPECT_EQ(comparisons({r}).with_analysis, 0);
 }
 
-// 0.5 N s/m left of 10: a tenth of what is left, or a fiftieth of the 10.
-TEST(Disagreements, WhatCompensationLeavesIsKnownToAFiftiethOfWhatAHoldHas) {
+// 0.5 N s/m left of 10: a tenth of what is left; with extrapolation a fiftieth of the 10.
+TEST(Disagreements, WhatExtrapolationLeavesIsKnownToAFiftiethOfWhatAHoldHas) {
   PointResult r = real_point(1.02, true);
   r.prediction.drag = 0.5;
   r.measures.drag = 0.69;
-  EXPECT_EQ(disagreements({r}).size(), 1u);
   r.hold_drag = 10.0;
+  EXPECT_EQ(disagreements({r}).size(), 1u);
+  r.point.scene.reconstruction.kind = core::ReconstructionKind::kExtrapolate;
   EXPECT_TRUE(disagreements({r}).empty());
   r.measures.drag = 0.71;
   EXPECT_EQ(disagreements({r}).size(), 1u);
+  EXPECT_EQ(comparisons({r}).drags, 1);
+  r.measures.drag = kNotMeasured;
+  EXPECT_EQ(comparisons({r}).drags, 0);
 }
 
 TEST(Disagreements, ABoundaryInDelayIsNamedToATickAndATenth) {
@@ -139,6 +143,24 @@ TEST(Disagreements, ABoundaryInDelayIsNamedToATickAndATenth) {
   EXPECT_EQ(disagreements(std::vector{b}).size(), 1u);
   b.real_stable = 3e-3;
   b.real_not_stable = 4.5e-3;
+  EXPECT_EQ(disagreements(std::vector{b}).size(), 1u);
+  b.real_not_stable = kNotMeasured;
+  b.in_virtual_time = 7e-3;
+  EXPECT_TRUE(disagreements(std::vector{b}).empty());
+  b.in_virtual_time = 7.1e-3;
+  EXPECT_EQ(disagreements(std::vector{b}).size(), 1u);
+}
+
+TEST(Disagreements, ABoundaryThatIsNowhereIsNoneWhereSocketsOrVirtualTimeFindOne) {
+  constexpr double kNowhere = std::numeric_limits<double>::infinity();
+  DelayBoundary b;
+  b.predicted = b.in_virtual_time = kNowhere;
+  b.real_stable = 0.1;
+  EXPECT_TRUE(disagreements(std::vector{b}).empty());
+  b.real_not_stable = 0.05;
+  EXPECT_EQ(disagreements(std::vector{b}).size(), 1u);
+  b.real_not_stable = kNotMeasured;
+  b.in_virtual_time = 0.05;
   EXPECT_EQ(disagreements(std::vector{b}).size(), 1u);
 }
 

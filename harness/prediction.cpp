@@ -104,7 +104,8 @@ double interval_end(const Scene& linear, const NetworkModel& network, int states
                         [&](double k) { return judge.margin(with_coupling(linear, k)) > 0.0; });
 }
 
-/// Two networks of whole ticks, and where the one in question lies between them: 0 is below.
+/// Two networks of whole ticks, and where the one in question lies between them, in the mean of the
+/// links that are between: 0 is below.
 struct Between {
   NetworkModel below, above;
   double share = 0.0;
@@ -117,10 +118,11 @@ Between between(const Scene& scene, const NetworkModel& network) {
   const auto snapped = [](double x) { return std::abs(x - nearest(x)) < kSnap ? nearest(x) : x; };
   out.below = whole_ticks(scene, network, [&](double x) { return std::floor(snapped(x)); });
   out.above = whole_ticks(scene, network, [&](double x) { return std::ceil(snapped(x)); });
-  int links = 0;
+  int links = 0;  // that are between
   NetworkModel copy = network;
   each_link(scene, copy, [&](const core::LinkModelParameters& link) {
     const double x = snapped(link.delay_ticks);
+    if (x == std::floor(x)) return;
     out.share += x - std::floor(x);
     ++links;
   });
@@ -242,18 +244,9 @@ double predicted_drag(const Scene& scene, const NetworkModel& network) {
   if (scene.space != core::Space::kAxis || scene.objects.empty()) return kNaN;
   try {
     const Scene linear = analysis::linear_scene(scene).scene;
-    const NetworkModel below = whole_ticks(linear, network, [](double x) { return std::floor(x); });
-    const NetworkModel above = whole_ticks(linear, network, up);
-    double share = 0.0;
-    int links = 0;
-    NetworkModel copy = network;
-    each_link(linear, copy, [&](const core::LinkModelParameters& link) {
-      share += link.delay_ticks - std::floor(link.delay_ticks);
-      ++links;
-    });
-    share = links > 0 ? share / links : 0.0;
-    const double b = drag_at(linear, below);
-    return share < 1e-9 ? b : b + share * (drag_at(linear, above) - b);
+    const Between b = between(linear, network);
+    const double below = drag_at(linear, b.below);
+    return b.share <= 0.0 ? below : below + b.share * (drag_at(linear, b.above) - below);
   } catch (const std::exception&) {
     return kNaN;
   }

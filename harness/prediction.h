@@ -50,8 +50,9 @@ struct PredictOptions {
 [[nodiscard]] double predicted_coupling(const core::Scene& scene,
                                         const core::NetworkModel& network);
 
-/// Drag of drag_user() alone over a network of these delays; delays that are no whole ticks lie
-/// between their neighbours. Not a number where the analysis does not apply [N s/m].
+/// Drag of drag_user() alone over a network of these delays; delays that are no whole ticks (within
+/// a twentieth) lie between their neighbours. Not a number where the analysis does not apply [N
+/// s/m].
 [[nodiscard]] double predicted_drag(const core::Scene& scene, const core::NetworkModel& network);
 
 /// Whether the map of drag_user() alone is stable: only then is there a drag to measure.

@@ -195,14 +195,18 @@ class RealSweep {
       note_links(result, session.links);
     } else if (job.name == "push") {
       result.push_missed = session.missed_share;
-      if (has_blown_up(session.trajectory)) return;
       const int user = analysis::drag_user(result.point.scene);
+      // The other hands are let go and stay behind.
+      for (SiteTrajectory& site : session.trajectory.sites)
+        if (site.user != result.point.scene.users[user].name) site.fingers = 0;
+      if (has_blown_up(session.trajectory)) return;
       const MeasuredDrag drag = measure_drag(session.trajectory, user, kPushForce);
       result.measures.drag = drag.n_s_per_m;
       result.measures.drag_settled = drag.settled;
       const Trajectory twin = run_virtual(pushed(result.point.scene, user, kPushForce),
                                           replayed_network(session.links), job.seconds);
-      pushes_[job.point] = {drag, measure_drag(twin, user, kPushForce)};
+      pushes_[job.point] = {drag, measure_drag(twin, user, kPushForce),
+                            measured_network(session.links)};
       result.twin.drag = pushes_[job.point].twin.n_s_per_m;
     } else if (job.name == "touch") {
       measure_touch(std::move(session.trajectory), analysis::drag_user(result.point.scene),
@@ -279,7 +283,11 @@ class RealSweep {
     result.prediction = predict(point.scene, measured_network(links_[i]),
                                 {.largest_coupling = true, .between_ticks = true});
     result.prediction.exact = is_steady(point.network);
-    result.hold_drag = predicted_drag(held(point.scene), measured_network(links_[i]));
+    if (const auto push = pushes_.find(i); push != pushes_.end()) {
+      if (std::isfinite(result.prediction.drag))
+        result.prediction.drag = predicted_drag(point.scene, push->second.network);
+      result.hold_drag = predicted_drag(held(point.scene), push->second.network);
+    }
     const double largest = result.prediction.largest_coupling;
     if (!options_.tries || !result.prediction.judged || !std::isfinite(largest) || largest <= 0.0)
       return;
@@ -309,6 +317,7 @@ class RealSweep {
   std::map<std::string, SeenLink> probed_;
   struct Push {
     MeasuredDrag real, twin;
+    core::NetworkModel network;  ///< as measured in it
   };
   std::map<std::size_t, std::vector<MeasuredLink>> links_;
   std::map<std::size_t, Push> pushes_;

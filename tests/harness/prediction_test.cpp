@@ -48,6 +48,11 @@ TEST(Prediction, DragOfHalfATickLiesBetween) {
   three.link[0][1].delay_ticks = three.link[1][0].delay_ticks = 3.0;
   EXPECT_NEAR(predicted_drag(scene, half),
               0.5 * (predicted_drag(scene, two) + predicted_drag(scene, three)), 1e-12);
+  // Only one direction is between, and the machine's own jitter is no delay.
+  half.link[1][0].delay_ticks = 1.998;
+  three.link[1][0].delay_ticks = 2.0;
+  EXPECT_NEAR(predicted_drag(scene, half),
+              0.5 * (predicted_drag(scene, two) + predicted_drag(scene, three)), 1e-12);
 }
 
 // Measured delays are means and no whole ticks: the boundary then lies between those of the whole

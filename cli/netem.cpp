@@ -3,6 +3,7 @@
 #include <cmath>
 #include <csignal>
 #include <cstdio>
+#include <system_error>
 #include <unistd.h>
 
 #include <fmt/format.h>
@@ -180,6 +181,8 @@ void run(NetemOptions& o) {
   const auto attempt = [&](const auto& write) {
     try {
       write();
+    } catch (const std::system_error& e) {
+      failures.push_back(fmt::format("cannot print: {}", e.what()));
     } catch (const Failed& e) {
       failures.emplace_back(e.what());
     }
@@ -190,7 +193,7 @@ void run(NetemOptions& o) {
     const auto file = [&](const std::string& given) {
       return names.size() == 1 ? given : with_suffix(given, name);
     };
-    if (!o.json.to_stdout()) fmt::print("{}", to_text(done));
+    if (!o.json.to_stdout()) attempt([&] { fmt::print("{}", to_text(done)); });
     if (!o.csv.empty()) attempt([&] { write_text(file(o.csv), to_csv(done)); });
     if (!o.report.empty()) attempt([&] { write_report(file(o.report), json); });
     points += done.results.size();

@@ -61,6 +61,11 @@ std::vector<int> best(const std::array<double, kReconstructions>& values, bool l
   return out;
 }
 
+bool any_unconfirmed(const Contest& contest) {
+  return std::any_of(contest.by.begin(), contest.by.end(),
+                     [](const Contender& c) { return !c.unconfirmed.empty(); });
+}
+
 void judge(Contest& contest) {
   std::array<double, kReconstructions> errors{}, newtons{}, couplings{};
   double ages = 0.0;
@@ -76,6 +81,11 @@ void judge(Contest& contest) {
   contest.least_newton = best(newtons, false, contest.error_known);
   contest.least_error = best(errors, false, contest.error_known);
   contest.largest_coupling = best(couplings, true, contest.coupling_known);
+  // Who was not confirmed may bear more than all others.
+  if (any_unconfirmed(contest)) {
+    contest.largest_coupling.clear();
+    contest.coupling_known = 0;
+  }
 }
 
 double interpolated(const Standing& a, const Standing& b) {
@@ -127,6 +137,7 @@ double error_ratio(const Contest& contest, bool& none_stable) {
 double coupling_ratio(const Contest& contest, bool& none_stable) {
   const double own = contest.by[kExtrapolation].coupling;
   const double rival = std::fmax(contest.by[kHeld].coupling, contest.by[kCompensation].coupling);
+  if (any_unconfirmed(contest)) return kNotMeasured;
   none_stable = own == 0.0 && rival == 0.0;
   return own / rival;
 }
@@ -137,7 +148,7 @@ Margin margin_of(const std::vector<Contest>& contests) {
   for (const Contest& contest : contests) {
     const double hold = contest.by[kHeld].coupling;
     const double left = contest.by[kCompensation].coupling / hold;
-    if (!(hold > 0.0) || !std::isfinite(left)) continue;
+    if (!(hold > 0.0) || std::isinf(hold) || !std::isfinite(left)) continue;
     if (left == 0.0) {
       m.nothing_at.push_back(contest.label);
       continue;
@@ -153,8 +164,8 @@ Margin margin_of(const std::vector<Contest>& contests) {
   return m;
 }
 
+/// Not where the analysis knows no boundary for its delays.
 bool ran_over_the_same(const BoundaryTry& t, double factor) {
-  if (std::isnan(t.ratio)) return true;
   return t.ratio / factor < kSameNetwork && factor / t.ratio < kSameNetwork;
 }
 

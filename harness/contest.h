@@ -47,7 +47,8 @@ struct Contest {
   double age = kNotMeasured;  ///< mean of the contenders' [s]
   std::array<Contender, kReconstructions> by{};
   /// Those within kAlike of the best of at least two, force errors in Weber and in newton. Empty:
-  /// none is stable, or fewer than two are known (`error_known`, `coupling_known`).
+  /// none is stable, or fewer than two are known (`error_known`, `coupling_known`; the latter 0
+  /// where one was not confirmed: it may bear more than all others).
   std::vector<int> least_error, least_newton, largest_coupling;
   int error_known = 0, coupling_known = 0;
 };

@@ -334,10 +334,13 @@ void Guest::start(const std::vector<std::string>& words) {
         "tandem_guest_clock.so is neither beside this program nor installed with it; build or "
         "install the whole of Tandem, or add --host-clock");
   // The loader takes a list and splits it at blanks and colons: its own folder's name has none.
-  if (folder_.find_first_of(" :'\"$\\") != std::string::npos)
-    throw HarnessError("the guest's folder " + folder_ +
-                       " has a blank, colon, quote, $ or \\ in its name, which user-mode Linux "
-                       "cannot start from; set TMPDIR to another folder");
+  const bool plain = std::all_of(folder_.begin(), folder_.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || std::strchr("/._-+~@", c) != nullptr;
+  });
+  if (!plain || folder_.starts_with("/run/"))  // the guest has a /run of its own
+    throw HarnessError("user-mode Linux cannot start from folder " + folder_ +
+                       ": below /run, or with other signs in its name than letters, digits and "
+                       "/._-+~@; set TMPDIR to another one");
   const std::string own_clock = clock.empty() ? "" : folder_ + "/clock.so";
   if (std::error_code error; !clock.empty() && !fs::copy_file(clock, own_clock, error))
     throw HarnessError("cannot write " + own_clock + ": " + error.message());

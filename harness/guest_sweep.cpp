@@ -16,6 +16,7 @@ namespace tandem::harness {
 namespace {
 
 constexpr std::size_t kMostGuests = 2;
+constexpr std::chrono::minutes kSilence{15};  // a prediction for many users takes minutes
 
 /// "its points: a, b".
 [[nodiscard]] std::string points_of(const Sweep& sweep, const SweepPart& part) {
@@ -30,6 +31,7 @@ struct Worker {
   SweepPart part;
   std::unique_ptr<Guest> guest;
   bool running = true;
+  std::chrono::steady_clock::time_point heard = std::chrono::steady_clock::now();
 
   [[nodiscard]] std::string results() const { return guest->folder() + "/results"; }
   [[nodiscard]] std::string name() const { return "guest " + part.text(); }
@@ -86,6 +88,10 @@ std::vector<PartResults> run_in_guests(const GuestKernel& kernel, GuestClock clo
       else
         say(worker.name() + ": " + line);
     for (const std::string& line : said.err) say(worker.name() + ": " + line);
+    const auto now = std::chrono::steady_clock::now();
+    if (!said.out.empty() || !said.err.empty()) worker.heard = now;
+    if (worker.running && now - worker.heard > kSilence)
+      throw HarnessError("nothing heard of it for 15 min: it hangs");
     if (news) progress(added.done(), added.all(), added.doing());
     if (!worker.running && worker.guest->status() != 0)
       throw HarnessError(fmt::format("what it ran ended with status {} (it said why above)",

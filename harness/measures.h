@@ -53,8 +53,8 @@ struct Trajectory {
 /// - the last quarter's widest is more than kSwell times that of the first two windows that moved:
 ///   what has grown until a saturation holds it, or
 /// - on sockets, a hand that moves freely speeds up (judge_by_drag).
-/// What grows slower than kGrowth a second is called stable: within 2 % a second of the boundary
-/// the verdict means nothing, and there points count as near it.
+/// What grows slower than kGrowth a second, or than kRise over half the run, is called stable: so
+/// near to the boundary the verdict means nothing, and there points count as near it.
 struct Stability {
   bool judged = false;  ///< false: too short, or nothing moved
   bool stable = true;

@@ -17,15 +17,13 @@ std::string measured(const Stability& s) {
 constexpr double kNear = 0.1;    // of the boundary in coupling
 constexpr double kExact = 1e-3;  // to which it is found
 
-/// A session at `factor` times the largest coupling that was predicted for the delays of another
-/// one; virtual time has no other.
+/// A session at so many times the largest coupling that the analysis predicts for its own delays.
 struct Side {
   bool known = false, stable = false;
 };
-Side expected_side(const BoundaryTry& t, double factor) {
-  const double ratio = std::isnan(t.ratio) ? factor : t.ratio;
+Side expected_side(double ratio) {  // nothing of what is no number
   if (ratio <= (1.0 - kNear) * (1.0 + kExact)) return {true, true};
-  if (ratio >= (1.0 + kNear) * (1.0 - kExact)) return {true, false};
+  if (std::isfinite(ratio) && ratio >= (1.0 + kNear) * (1.0 - kExact)) return {true, false};
   return {};
 }
 
@@ -71,7 +69,7 @@ void compare(const PointResult& r, Comparisons& count, Say&& say) {
     if (!t.done || !ran(t.missed_share)) continue;
     const double factor = above ? 1.1 : 0.9;
     const std::string what = fmt::format("at {} of the predicted largest coupling: ", factor);
-    const Side expected = expected_side(t, factor);
+    const Side expected = expected_side(t.ratio);
     with_analysis(t.stability, expected,
                   fmt::format("{}expected {}, measured ", what, side(expected.stable)));
     with_twin(t.stability, t.twin, what);

@@ -89,7 +89,8 @@ std::string QdiscPlayer::failure() {
   if (thread_.joinable()) thread_.join();
   tc_.end_input();
   const auto status = tc_.wait(2.0);
-  return status == 0 ? std::string() : tc_.said();
+  if (status == 0) return {};
+  return tc_.said().empty() ? "it did not end well, and said nothing" : tc_.said();
 }
 
 }  // namespace tandem::harness

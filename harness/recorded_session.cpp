@@ -11,6 +11,7 @@
 #include "core/components.h"
 #include "core/packet.h"
 #include "harness/harness_error.h"
+#include "net/state_codec.h"
 #include "recording/recording_reader.h"
 
 namespace tandem::harness {
@@ -73,6 +74,27 @@ struct Node {
         throw HarnessError(fmt::format("{} never heard {}; it said:\n{}", node.real->name,
                                        name_of(peer, scene), node.real->said));
       slot = std::max(slot, first->slot);
+    }
+  return slot;
+}
+
+/// The slot from which a session that blows up has numbers near those that receivers refuse
+/// (net::limits::kMaxMagnitude): the samples in use then grow old, whatever the network does.
+[[nodiscard]] std::int64_t blows_up_at(const std::vector<Node>& nodes) {
+  constexpr double kMost = 0.5 * net::limits::kMaxMagnitude;  // it may double in a packet period
+  const auto refused = [&](const core::Vec3& v) { return !(core::inner(v, v) < kMost * kMost); };
+  std::int64_t slot = std::numeric_limits<std::int64_t>::max();
+  for (const Node& node : nodes)
+    for (const core::TickRecord& tick : node.ticks) {
+      bool out = false;
+      for (int f = 0; f < core::kMaxFingers; ++f)
+        out = out || refused(tick.hands[f].position) || refused(tick.hands[f].velocity) ||
+              refused(tick.command[f]);
+      for (const auto& object : tick.objects)
+        for (const double value : object) out = out || !(std::abs(value) < kMost);
+      if (!out) continue;
+      slot = std::min(slot, tick.slot);
+      break;
     }
   return slot;
 }
@@ -157,8 +179,9 @@ template <typename Key>
   return most;
 }
 
+/// From `first_slot` to before `end_slot`.
 [[nodiscard]] MeasuredLink measure_link(const Node& receiver, int from, std::int64_t first_slot,
-                                        const core::Scene& scene) {
+                                        std::int64_t end_slot, const core::Scene& scene) {
   MeasuredLink link;
   link.from = from;
   link.to = receiver.site;
@@ -176,15 +199,17 @@ template <typename Key>
     return static_cast<std::size_t>(slots.packet_at(slot));
   };
   link.fates.assign(packet_of(receiver.ticks.back().slot) + 1, kLost);
-  std::size_t first_packet = link.fates.size();
+  std::size_t first_packet = link.fates.size(), last_packet = 0;
   auto packet = receiver.packets.begin();
   for (const core::TickRecord& tick : receiver.ticks) {
+    if (tick.slot >= end_slot) break;
     for (; packet != receiver.packets.end() && packet->slot <= tick.slot; ++packet) {
       if (site_of(packet->peer) != from) continue;
       held = packet->packet.slot;
       if (const std::size_t k = packet_of(*held); *held >= 0 && k < link.fates.size()) {
         link.fates[k] = static_cast<double>(packet->slot - *held);
         first_packet = std::min(first_packet, k);
+        last_packet = std::max(last_packet, k);
       }
       if (packet->slot < first_slot) continue;
       const int delay = static_cast<int>(packet->slot - *held);
@@ -213,6 +238,9 @@ template <typename Key>
   link.mean_age = ages / static_cast<double>(std::max<std::int64_t>(1, ticks));
   link.steady_ticks = std::max(0.0, link.mean_age - 0.5 * (scene.ticks_per_packet() - 1.0));
   std::fill_n(link.fates.begin(), first_packet, static_cast<double>(link.usual_ticks));
+  if (end_slot <= receiver.ticks.back().slot)  // what was under way then is not known either
+    std::fill(link.fates.begin() + static_cast<std::ptrdiff_t>(last_packet) + 1, link.fates.end(),
+              static_cast<double>(link.usual_ticks));
   return link;
 }
 
@@ -227,13 +255,14 @@ RecordedSession read_session(const RealSession& session, const core::Scene& scen
   trajectory.tick = scene.tick();
   trajectory.ticks_per_packet = static_cast<int>(std::lround(scene.ticks_per_packet()));
   trajectory.first_slot = all_joined(nodes, scene);
+  const std::int64_t end_slot = blows_up_at(nodes);
   for (const Node& node : nodes) {
     const double missed = node.real->report.value("missed_ticks", 0.0);
     recorded.missed_share =
         std::max(recorded.missed_share, missed / static_cast<double>(node.ticks.back().slot + 1));
     trajectory.sites.push_back(trajectory_of(node, nodes, scene, packet_bytes));
     for (const int peer : peers_of(node.site, scene))
-      recorded.links.push_back(measure_link(node, peer, trajectory.first_slot, scene));
+      recorded.links.push_back(measure_link(node, peer, trajectory.first_slot, end_slot, scene));
   }
   // By user; a server without one comes last.
   std::stable_sort(trajectory.sites.begin(), trajectory.sites.end(),

@@ -28,7 +28,8 @@ struct MeasuredLink {
   /// [ticks].
   double steady_ticks = 0.0;
   /// What became of each packet of the sender from slot 0 on, as used: its delay [ticks], or -1:
-  /// lost, overtaken or late by more than a tick's turn. Before the first: the usual delay.
+  /// lost, overtaken or late by more than a tick's turn. Before the first, and once the session has
+  /// blown up: the usual delay.
   std::vector<double> fates;
 };
 
@@ -40,7 +41,8 @@ struct RecordedSession {
 };
 
 /// Reads the recordings of a session that ended well. Measures begin where every site has heard
-/// every peer it should hear, and end with the shortest recording. Throws
+/// every peer it should hear, and end with the shortest recording; those of links end before a
+/// session that blows up has numbers that receivers refuse. Throws
 /// recording::RecordingError, or HarnessError when a peer was never heard.
 [[nodiscard]] RecordedSession read_session(const RealSession& session, const core::Scene& scene,
                                            int packet_bytes);

@@ -60,7 +60,7 @@ std::string winners(const std::vector<Contest>& all, std::vector<int> Contest::*
       where(all, [&](const Contest& c) { return (c.*best).empty() && c.*known >= 2; });
   if (!none.empty()) parts.push_back(nobody + " at " + none);
   const std::string unknown = where(all, [&](const Contest& c) { return c.*known < 2; });
-  if (!unknown.empty()) parts.push_back("not compared (fewer than two are known) at " + unknown);
+  if (!unknown.empty()) parts.push_back("not compared (too few are known) at " + unknown);
   return fmt::format("{}", fmt::join(parts, "; "));
 }
 

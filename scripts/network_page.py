@@ -227,7 +227,7 @@ def side_by_side(virtual, sockets):
 
 def boundaries(virtual, sockets):
     def ms(x):
-        return "never" if number(x) == 0 else "up to 100" if number(x) == math.inf else cell(x, 1e3)
+        return "0: not stable with any" if number(x) == 0 else "up to 100" if number(x) == math.inf else cell(x, 1e3)
     real = {b["scene"]: b for b in sockets["delay_boundaries"]} if sockets else {}
     heads = ["scene", "analysis, linearised at the grasp", "virtual time"]
     heads += ["sockets: stable at", "sockets: not stable at"] if real else []

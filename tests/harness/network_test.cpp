@@ -154,9 +154,10 @@ TEST_F(ClearNetworkTest, ANodeThatDiesMarksItsPointAndTheSweepGoesOn) {
   EXPECT_NE(results[0].log.find("replica 2 ended with 137"), std::string::npos) << results[0].log;
   EXPECT_NE(results[0].log.find("its last words"), std::string::npos) << results[0].log;
   EXPECT_FALSE(results[1].failed) << results[1].log;
-  // Sockets cost at least a tick each way, and on an idle machine little more.
+  // Sockets cost at least a tick each way, and on an idle machine little more; but a tick that the
+  // machine held up can use a packet of its own slot.
   ASSERT_EQ(results[1].seen.size(), 2u);
-  for (const SeenLink& link : results[1].seen) EXPECT_GE(link.delay_ticks, 1.0);
+  for (const SeenLink& link : results[1].seen) EXPECT_GE(link.delay_ticks, 0.9);
   ASSERT_TRUE(results[1].prediction.judged) << results[1].prediction.note;
   // Predicted is this network with its ticks, not one that takes no time.
   EXPECT_GT(results[1].prediction.drag,
@@ -164,6 +165,20 @@ TEST_F(ClearNetworkTest, ANodeThatDiesMarksItsPointAndTheSweepGoesOn) {
   EXPECT_TRUE(results[1].measures.stability.stable) << results[1].measures.stability.reason;
   EXPECT_TRUE(results[1].twin.judged && results[1].twin.stable);
   EXPECT_TRUE(namespaces_of(own_network_name() + "-a").empty());
+}
+
+// Receivers refuse its numbers then, and the samples in use grow old; the network is as before.
+TEST_F(ClearNetworkTest, ASessionThatBlowsUpKeepsTheDelaysOfItsNetwork) {
+  Sweep sweep = two_clear_points();
+  sweep.points.resize(1);
+  sweep.points[0].scene = with_coupling(sweep.points[0].scene, 3e4);
+  const std::vector<PointResult> results = run_real_sweep(sweep, options_);
+  ASSERT_EQ(results.size(), 1u);
+  ASSERT_FALSE(results[0].failed) << results[0].log;
+  EXPECT_FALSE(results[0].measures.stability.stable);
+  EXPECT_TRUE(results[0].twin.judged && !results[0].twin.stable);
+  // A tick or a few each way, and half a packet period: 5 ms; blown up it was 0.7 s.
+  EXPECT_LT(results[0].mean_age, 0.02);
 }
 
 TEST_F(ClearNetworkTest, NodesThatCannotWriteSayWhatTheyCouldNot) {

@@ -174,6 +174,7 @@ TEST(Statement, ACouplingWithoutBoundIsNotCalledUnstable) {
   all[0].largest_coupling = std::numeric_limits<double>::infinity();  // hold at 5 ms
   const std::string text = all_of(all);
   EXPECT_TRUE(says(text, "it loses at 5.0 ms (5 ms: 0.00), wins from")) << text;
+  EXPECT_TRUE(contests(all).at(0).margin.nothing_at.empty());
 }
 
 TEST(Statement, OfOneReconstructionSaysThatNoneCanWinAndOfNothingNothing) {
@@ -249,7 +250,7 @@ TEST(Statement, OnSocketsSaysWhereTheLargestCouplingIsFromAndWhatWasNotConfirmed
                    "not counted above: compensated at 5 ms (stable at 1.1 times the "
                    "prediction)."))
       << text;
-  EXPECT_TRUE(says(text, "not compared (fewer than two are known) at 5 ms")) << text;
+  EXPECT_TRUE(says(text, "not compared (too few are known) at 5 ms")) << text;
   EXPECT_FALSE(says(all_of(sweep()), "not searched for on sockets"));
 }
 

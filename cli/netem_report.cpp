@@ -72,6 +72,7 @@ ordered_json seen_json(const harness::SeenLink& l) {
                    {"out_of_bounds", harness::out_of_bounds(l)},
                    {"delay_ticks", number(l.delay_ticks)},
                    {"phase_ticks", number(l.phase_ticks)},
+                   {"age_error_ticks", number(l.age_error_ticks)},
                    {"used_share", number(l.used_share)}};
   if (l.rate_set > 0.0) out["rate_bit_per_s"] = {{"set", l.rate_set}, {"seen", l.rate_seen}};
   return out;
@@ -425,7 +426,9 @@ std::string to_text(const SweepRun& run) {
   text += fmt::format("{} disagreements", exact);
   if (exact != static_cast<std::ptrdiff_t>(found.size()))
     text += fmt::format(
-        " (and {} where jitter or loss was replaced by a steady network of the same mean age)",
+        " (and {} without an exact prediction: a steady network stands for jitter or loss, or "
+        "nodes "
+        "extrapolated by wrong ages)",
         static_cast<std::ptrdiff_t>(found.size()) - exact);
   if (run.wall_seconds > 0.0)
     text += fmt::format("; {:.0f} s of sessions in {:.1f} s: {:.0f} times real time",

@@ -50,8 +50,8 @@ void compare(const PointResult& r, Comparisons& count, Say&& say) {
     if (!t.judged || !s.judged || t.near_boundary) return;
     ++count.with_virtual_time;
     if (s.stable != t.stable)
-      say(true, fmt::format("{}virtual time over the recorded packets {}, sockets {}", what,
-                            side(t.stable), measured(s)));
+      say(r.ages_known, fmt::format("{}virtual time over the recorded packets {}, sockets {}", what,
+                                    side(t.stable), measured(s)));
   };
   const Stability& s = r.measures.stability;
   const auto ran = [&](double missed) {
@@ -104,7 +104,7 @@ std::vector<Disagreement> disagreements(const std::vector<PointResult>& results)
     };
     if (!compares_drag(r)) continue;
     drag(p.exact, "predicted", p.drag);
-    drag(true, "virtual time over the recorded packets", r.twin.drag);
+    drag(r.ages_known, "virtual time over the recorded packets", r.twin.drag);
   }
   return out;
 }

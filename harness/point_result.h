@@ -26,6 +26,7 @@ struct SeenLink {
   ExpectedSight expected;                   ///< what the probe should see
   double delay_ticks = kNotMeasured;        ///< from the slot of sending to that of first use, mean
   double phase_ticks = kNotMeasured;        ///< packet slots of `from` [ticks]
+  double age_error_ticks = kNotMeasured;    ///< MeasuredLink's
   double used_share = kNotMeasured;         ///< of the packets sent: used by a tick of the receiver
 };
 
@@ -69,6 +70,9 @@ struct PointResult {
   double largest_coupling = kNotMeasured;  ///< by search in virtual time [N/m]
   /// Real: the session at 0.9 and 1.1 times the predicted largest coupling.
   BoundaryTry below, above;
+  /// Real: extrapolation took no sample's age wrong by more than a tick; the analysis and virtual
+  /// time have true ages.
+  bool ages_known = true;
   VirtualTwin twin;                    ///< real: of the sessions as they are
   double missed_share = kNotMeasured;  ///< real: of the ticks due, the worst node of all sessions
   double kick_missed = 0.0, push_missed = 0.0;  ///< of those two sessions
@@ -95,8 +99,8 @@ struct DelayBoundary {
 /// the drag is off by more than 10 %; with extrapolation by more than that and 2 % of the drag that
 /// hold has there.
 struct Disagreement {
-  /// False: the network has jitter or loss, for which there is no exact prediction, only that of a
-  /// steady network of the same mean age.
+  /// False: there is no exact prediction. The network has jitter or loss, and stands for a steady
+  /// one of the same mean age; or nodes extrapolated by wrong ages (PointResult::ages_known).
   bool exact = true;
   std::string point, what;  ///< "stability: predicted stable (growth 0.991), measured not: ..."
 };

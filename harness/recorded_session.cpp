@@ -191,7 +191,7 @@ template <typename Key>
   // Of packet rates that are no whole part of the local rate there is no one phase.
   const std::int64_t period = std::max<std::int64_t>(1, std::llround(scene.ticks_per_packet()));
   std::uint64_t first = 0, last = 0;
-  double sum = 0.0, squares = 0.0, ages = 0.0;
+  double sum = 0.0, squares = 0.0, ages = 0.0, ages_taken = 0.0;
   std::int64_t ticks = 0;
   std::optional<std::int64_t> held;  // slot of the sample in use
   const core::PacketSlots slots = scene.packet_slots();
@@ -222,6 +222,7 @@ template <typename Key>
     }
     if (tick.slot < first_slot || !held) continue;
     ages += static_cast<double>(tick.slot - *held);
+    if (from != kServer) ages_taken += tick.ages[static_cast<std::size_t>(from)] / scene.tick();
     ++ticks;
   }
   if (link.used == 0) return link;
@@ -236,6 +237,9 @@ template <typename Key>
   link.most_ticks = delays.rbegin()->first;
   link.phase_ticks = most_frequent(phases).first;
   link.mean_age = ages / static_cast<double>(std::max<std::int64_t>(1, ticks));
+  if (from != kServer)
+    link.age_error_ticks =
+        ages_taken / static_cast<double>(std::max<std::int64_t>(1, ticks)) - link.mean_age;
   link.steady_ticks = std::max(0.0, link.mean_age - 0.5 * (scene.ticks_per_packet() - 1.0));
   std::fill_n(link.fates.begin(), first_packet, static_cast<double>(link.usual_ticks));
   if (end_slot <= receiver.ticks.back().slot)  // what was under way then is not known either

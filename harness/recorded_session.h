@@ -24,6 +24,10 @@ struct MeasuredLink {
   int least_ticks = 0, most_ticks = 0;
   int phase_ticks = 0;    ///< of the sender's packet slots, the most frequent: slot mod N
   double mean_age = 0.0;  ///< of the sample in use, over all ticks, exact slots [ticks]
+  /// What the receiver took for the age of the sample in use, less that age; mean; of users'
+  /// samples only [ticks]. Two clocks are known to each other to half of what their two directions
+  /// differ by.
+  double age_error_ticks = 0.0;
   /// The steady delay whose samples have that mean age: it counts loss and overtaken packets in
   /// [ticks].
   double steady_ticks = 0.0;

@@ -454,7 +454,8 @@ def main():
         + (f"<br>{html.escape(data['granted'])}" if data["granted"] else "") + "</p>",
         f"<p class=card><b>{data['points']} points, {data['disagreements']} disagreements</b> between "
         f"measured and predicted where the prediction is exact, {data['approximate_disagreements']} where "
-        f"jitter or loss was replaced by a steady network of the same mean age; "
+        f"it is not (a steady network of the same mean age stands for jitter or loss; or nodes "
+        f"extrapolated by wrong ages); "
         f"{data['near_boundary']} points within 10 % of the boundary, "
         f"{data['failed']} failed."
         + (f" <b>Compared: {c['with_analysis']} verdicts with the analysis, {c['with_virtual_time']} "

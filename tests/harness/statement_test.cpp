@@ -174,7 +174,7 @@ TEST(Statement, ACouplingWithoutBoundIsNotCalledUnstable) {
   all[0].largest_coupling = std::numeric_limits<double>::infinity();  // hold at 5 ms
   const std::string text = all_of(all);
   EXPECT_TRUE(says(text, "it loses at 5.0 ms (5 ms: 0.00), wins from")) << text;
-  EXPECT_TRUE(contests(all).at(0).margin.nothing_at.empty());
+  EXPECT_EQ(contests(all).at(0).margin.nothing_at, std::vector<std::string>{"40 ms"});
 }
 
 TEST(Statement, OfOneReconstructionSaysThatNoneCanWinAndOfNothingNothing) {

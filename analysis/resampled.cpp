@@ -66,12 +66,11 @@ class Session {
       for (const bool newer : {false, true}) {
         if (!newer && r == 0) continue;
         std::vector<double> effect(n, 0.0);
-        const int from = newer ? r : 0, to = newer ? w_.ticks : r,
-                  sent = (newer ? q : q + 1) * w_.ticks;
+        const int from = newer ? r : 0, to = newer ? w_.ticks : r;
         for (int tick = from; tick < w_.ticks; ++tick) {
           effect = multiply(site.a, effect);
           for (int i = 0; tick < to && i < n; ++i)
-            effect[i] += b[i] * (sent + tick) * scene_.tick();
+            effect[i] += b[i] * w_.reckoned_age(l, tick) * scene_.tick();
         }
         add(effect, std::exp2(-scale), newer ? q : q + 1);
       }
@@ -163,7 +162,8 @@ class Session {
 bool within_horizon(const Scene& scene, const core::NetworkModel& network) {
   double latest = 0.0;
   for (const auto& row : network.link)
-    for (const auto& link : row) latest = std::max(latest, std::ceil(link.delay_ticks));
+    for (const auto& link : row)
+      latest = std::max(latest, std::ceil(link.delay_ticks) + link.age_error_ticks);
   const double oldest = latest + scene.ticks_per_packet() - 1.0;
   return oldest * scene.tick() <= scene.reconstruction.horizon;
 }

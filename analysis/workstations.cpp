@@ -31,6 +31,9 @@ class Builder {
   [[nodiscard]] int delay(int from, int to) const {
     return static_cast<int>(std::ceil(network_.link[from][to].delay_ticks));
   }
+  [[nodiscard]] double age_error(int from, int to) const {
+    return network_.link[from][to].age_error_ticks;
+  }
   [[nodiscard]] int users() const { return static_cast<int>(scene_.users.size()); }
   [[nodiscard]] int objects() const { return static_cast<int>(scene_.objects.size()); }
   [[nodiscard]] int fingers(int u) const {
@@ -75,13 +78,14 @@ class Builder {
     const auto finger = out_.sites[site].ends(s, out_.sites[site].of_finger(u, f), -1);
     const auto object = out_.sites[0].ends(s, -1, out_.sites[0].of_object(o));
     const int up_delay = delay(u, kServer);
-    const int used = (up_delay + out_.ticks - 1) / out_.ticks *
-                     out_.ticks;  // age of what the server replies to [ticks]
+    const int replied = (up_delay + out_.ticks - 1) / out_.ticks * out_.ticks;
+    const double error = age_error(u, kServer);
+    const double used = std::max(0.0, replied + error);  // age of what it replies to [ticks]
     Signal down{0, site, minus(finger), row(out_.sites[0], object, s.gain), {}, delay(kServer, u)};
     for (const bool by_age : {false, true}) {
       if (by_age && !extrapolates()) continue;
       Signal up{site, 0,        minus(object), row(out_.sites[site], finger, s.gain, by_age),
-                {},   up_delay, by_age};
+                {},   up_delay, by_age,        error};
       down.add.emplace_back(static_cast<int>(out_.signals.size()),
                             by_age ? used * scene_.tick() : 1.0);
       out_.signals.push_back(std::move(up));
@@ -148,7 +152,8 @@ class Builder {
         if (std::all_of(c.begin(), c.end(), [](double x) { return x == 0.0; })) continue;
         std::vector<double> push(m, 0.0);
         push[a] = 1.0;
-        out_.signals.push_back({i, j, std::move(push), std::move(c), {}, delay(i, j), by_age});
+        out_.signals.push_back(
+            {i, j, std::move(push), std::move(c), {}, delay(i, j), by_age, age_error(i, j)});
       }
   }
 

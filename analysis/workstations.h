@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
@@ -20,8 +21,9 @@ struct Signal {
   std::vector<std::pair<int, double>> add;  ///< signals into `from` (the server's reply), factors
   int delay = 0;                            ///< [ticks]
   bool by_age = false;
-  int first_past = 0;  ///< index of its value one period ago in the whole state
-  int past = 0;        ///< how many past values are states
+  double age_error = 0.0;  ///< of the age as reckoned [ticks]
+  int first_past = 0;      ///< index of its value one period ago in the whole state
+  int past = 0;            ///< how many past values are states
 };
 
 /// All workstations of a session and the signals between them. A signal carries a force along one
@@ -39,9 +41,13 @@ struct Workstations {
   [[nodiscard]] int age(const Signal& signal, int k) const {
     return signal.delay / ticks + (k < signal.delay % ticks ? 1 : 0);
   }
+  /// The age at tick `k` of the sample that acts then, as the receiver reckons it [ticks].
+  [[nodiscard]] double reckoned_age(const Signal& signal, int k) const {
+    return std::max(0.0, age(signal, k) * ticks + k + signal.age_error);
+  }
   /// What the value that acts at tick `k` is multiplied by: 1, or the age of its sample [s].
   [[nodiscard]] double factor(const Signal& signal, int k) const {
-    return signal.by_age ? (age(signal, k) * ticks + k) * tick : 1.0;
+    return signal.by_age ? reckoned_age(signal, k) * tick : 1.0;
   }
 };
 

@@ -37,7 +37,7 @@ void CentralLoop<World>::tick() noexcept {
     const Site& site = clients_[u].observe(sample_);
     if (packet_ticks_[u].due(slot_)) up_[u].push(site, slot_, packet_ticks_[u].late());
     inputs.fresh[u] = up_[u].receive(slot_);
-    inputs.age[u] = static_cast<double>(up_[u].age(slot_)) * T_;
+    inputs.age[u] = up_[u].reckoned_age(slot_) * T_;
   }
   server_.tick(slot_, inputs);
   core::PacketTicks& reply_ticks = packet_ticks_[core::NetworkModel::kServer];

@@ -36,7 +36,7 @@ void DistributedLoop<World>::tick() noexcept {
     for (int j = 0; j < users_; ++j) {
       if (j == i) continue;
       inputs.fresh[j] = port(j, i).receive(slot_);
-      inputs.age[j] = static_cast<double>(port(j, i).age(slot_)) * T_;
+      inputs.age[j] = port(j, i).reckoned_age(slot_) * T_;
     }
     outputs_[i] = laws_[i].tick(slot_, inputs);
   }

@@ -426,9 +426,7 @@ std::string to_text(const SweepRun& run) {
   text += fmt::format("{} disagreements", exact);
   if (exact != static_cast<std::ptrdiff_t>(found.size()))
     text += fmt::format(
-        " (and {} without an exact prediction: a steady network stands for jitter or loss, or "
-        "nodes "
-        "extrapolated by wrong ages)",
+        " (and {} without an exact prediction: a steady network stands for jitter or loss)",
         static_cast<std::ptrdiff_t>(found.size()) - exact);
   if (run.wall_seconds > 0.0)
     text += fmt::format("; {:.0f} s of sessions in {:.1f} s: {:.0f} times real time",

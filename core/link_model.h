@@ -34,6 +34,9 @@ struct LinkModelParameters {
   /// of the rest. Owned by whoever made them; must outlive the link.
   std::span<const double> recorded{};
   bool recorded_from_seed = false;  ///< begin at a seeded place, not at the first
+  /// How much older than it is the receiver reckons a sample [ticks]. Two-way time stamps cannot
+  /// tell in which direction a delay is: half of what the two directions differ by.
+  double age_error_ticks = 0.0;
   std::uint64_t seed = 1;
 };
 
@@ -100,6 +103,7 @@ class LinkModel {
     for (int i = 0; i < count_; ++i) visitor(flight_[i].send_slot, flight_[i].arrival);
   }
 
+  [[nodiscard]] const LinkModelParameters& parameters() const noexcept { return parameters_; }
   [[nodiscard]] int in_flight() const noexcept { return count_; }
   [[nodiscard]] std::int64_t lost() const noexcept { return lost_; }
   [[nodiscard]] std::int64_t overflowed() const noexcept { return overflowed_; }

@@ -35,6 +35,13 @@ class ModelledPort {
   [[nodiscard]] std::int64_t age(std::int64_t slot) const noexcept {
     return newest_sequence_ == 0 ? 0 : slot - newest_slot_;
   }
+  /// That age as the receiver reckons it [ticks], never negative: what laws are told.
+  [[nodiscard]] double reckoned_age(std::int64_t slot) const noexcept {
+    if (newest_sequence_ == 0) return 0.0;
+    const double reckoned =
+        static_cast<double>(slot - newest_slot_) + link_.parameters().age_error_ticks;
+    return reckoned > 0.0 ? reckoned : 0.0;
+  }
   [[nodiscard]] std::int64_t accepted() const noexcept { return accepted_; }
   [[nodiscard]] LinkModel<Message>& link() noexcept { return link_; }
   [[nodiscard]] const LinkModel<Message>& link() const noexcept { return link_; }

@@ -285,6 +285,19 @@ core::LinkModelParameters modelled_link(const Condition& c, const core::Rates& r
   return link;
 }
 
+namespace {
+
+/// Of the packets that two clocks are set by: those that came soonest [ticks]. Jitter, which
+/// mostly is alike both ways, is left out.
+[[nodiscard]] double least_delay(const core::LinkModelParameters& link) {
+  double recorded = std::numeric_limits<double>::infinity();
+  for (const double delay : link.recorded)
+    if (delay >= 0.0) recorded = std::min(recorded, delay);
+  return link.delay_ticks + link.service_ticks + (std::isfinite(recorded) ? recorded : 0.0);
+}
+
+}  // namespace
+
 core::NetworkModel modelled_network(const LinkConditions& conditions, const core::Scene& scene,
                                     std::uint64_t seed, FateStore& fates) {
   constexpr int kServer = core::NetworkModel::kServer;
@@ -297,6 +310,10 @@ core::NetworkModel modelled_network(const LinkConditions& conditions, const core
       network.link[i][j] = modelled_link(there ? conditions.there : conditions.back, scene.rates,
                                          seeds.bits(), bytes, fates);
     }
+  for (int i = 0; i <= core::kMaxUsers; ++i)
+    for (int j = 0; j <= core::kMaxUsers; ++j)
+      network.link[i][j].age_error_ticks =
+          0.5 * (least_delay(network.link[j][i]) - least_delay(network.link[i][j]));
   return network;
 }
 

@@ -111,7 +111,8 @@ class FateStore {
                                                       const core::Rates& rates, std::uint64_t seed,
                                                       int bytes, FateStore& fates);
 
-/// Every link of the session, each with a seed of its own drawn from `seed`.
+/// Every link of the session, each with a seed of its own drawn from `seed`. Ages are reckoned as
+/// by nodes, whose clocks know of each other by packets both ways: half the round trip.
 [[nodiscard]] core::NetworkModel modelled_network(const LinkConditions& conditions,
                                                   const core::Scene& scene, std::uint64_t seed,
                                                   FateStore& fates);

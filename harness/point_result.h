@@ -70,9 +70,6 @@ struct PointResult {
   double largest_coupling = kNotMeasured;  ///< by search in virtual time [N/m]
   /// Real: the session at 0.9 and 1.1 times the predicted largest coupling.
   BoundaryTry below, above;
-  /// Real: extrapolation took no sample's age wrong by more than a tick; the analysis and virtual
-  /// time have true ages.
-  bool ages_known = true;
   VirtualTwin twin;                    ///< real: of the sessions as they are
   double missed_share = kNotMeasured;  ///< real: of the ticks due, the worst node of all sessions
   double kick_missed = 0.0, push_missed = 0.0;  ///< of those two sessions
@@ -96,11 +93,11 @@ struct DelayBoundary {
 };
 
 /// A point where measured and predicted are on different sides, not within 10 % of the boundary, or
-/// the drag is off by more than 10 %; with extrapolation by more than that and 2 % of the drag that
+/// the drag is off by more than 10 %; with extrapolation by more than that and 1 % of the drag that
 /// hold has there.
 struct Disagreement {
   /// False: there is no exact prediction. The network has jitter or loss, and stands for a steady
-  /// one of the same mean age; or nodes extrapolated by wrong ages (PointResult::ages_known).
+  /// one of the same mean age.
   bool exact = true;
   std::string point, what;  ///< "stability: predicted stable (growth 0.991), measured not: ..."
 };

@@ -40,7 +40,7 @@ void each_link(const Scene& scene, NetworkModel& network, Change&& change) {
   }
 }
 
-/// Delays in whole ticks, nothing else.
+/// Delays in whole ticks, and how ages are reckoned; nothing else.
 template <typename Round>
 NetworkModel whole_ticks(const Scene& scene, const NetworkModel& network, Round&& round) {
   NetworkModel out;
@@ -49,6 +49,7 @@ NetworkModel whole_ticks(const Scene& scene, const NetworkModel& network, Round&
   each_link(scene, out, [&](core::LinkModelParameters& link) {
     core::LinkModelParameters steady;
     steady.delay_ticks = std::max(0.0, round(link.delay_ticks));
+    steady.age_error_ticks = link.age_error_ticks;
     link = steady;
   });
   return out;
@@ -383,19 +384,20 @@ NetworkModel steady_network(const Scene& scene, const NetworkModel& network, int
              a.burst_loss == link.burst_loss && a.reorder == link.reorder &&
              a.service_ticks == link.service_ticks && a.recorded.data() == link.recorded.data();
     };
+    const auto become_steady = [&](double delay) {
+      core::LinkModelParameters simple;
+      simple.delay_ticks = delay;
+      simple.age_error_ticks = link.age_error_ticks;
+      link = simple;
+    };
     for (const auto& [parameters, delay] : known)
-      if (alike(parameters)) {
-        link = {};
-        link.delay_ticks = delay;
-        return;
-      }
+      if (alike(parameters)) return become_steady(delay);
     const bool steady = link.jitter == core::JitterKind::kNone && link.loss == 0.0 &&
                         link.burst_enter == 0.0 && link.reorder == 0.0 &&
                         link.service_ticks == 0.0 && link.recorded.empty();
     const double delay = steady ? up(link.delay_ticks) : mean_delay(link);
     known.emplace_back(link, delay);
-    link = {};
-    link.delay_ticks = delay;
+    become_steady(delay);
   });
   return out;
 }

@@ -246,9 +246,6 @@ class RealSweep {
       seen.delay_ticks = link.mean_ticks;
       seen.phase_ticks = link.phase_ticks;
       seen.age_error_ticks = link.age_error_ticks;
-      if (point.scene.reconstruction.kind == core::ReconstructionKind::kExtrapolate &&
-          std::abs(link.age_error_ticks) > 1.0)
-        result.ages_known = false;
       if (link.sent > 0)
         seen.used_share = static_cast<double>(link.used) / static_cast<double>(link.sent);
       result.seen.push_back(seen);
@@ -286,7 +283,7 @@ class RealSweep {
     say(point.name + ": prediction");
     result.prediction = predict(point.scene, measured_network(links_[i]),
                                 {.largest_coupling = true, .between_ticks = true});
-    result.prediction.exact = is_steady(point.network) && result.ages_known;
+    result.prediction.exact = is_steady(point.network);
     if (const auto push = pushes_.find(i); push != pushes_.end()) {
       if (std::isfinite(result.prediction.drag))
         result.prediction.drag = predicted_drag(point.scene, push->second.network);

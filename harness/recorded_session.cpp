@@ -284,6 +284,7 @@ core::NetworkModel measured_network(const std::vector<MeasuredLink>& links) {
   core::NetworkModel network;
   for (const MeasuredLink& link : links) {
     network.link[link.from][link.to].delay_ticks = link.steady_ticks;
+    network.link[link.from][link.to].age_error_ticks = link.age_error_ticks;
     network.phase_ticks[link.from] = link.phase_ticks;
   }
   return network;
@@ -293,6 +294,7 @@ core::NetworkModel replayed_network(const std::vector<MeasuredLink>& links) {
   core::NetworkModel network;
   for (const MeasuredLink& link : links) {
     network.link[link.from][link.to].recorded = link.fates;
+    network.link[link.from][link.to].age_error_ticks = link.age_error_ticks;
     network.phase_ticks[link.from] = link.phase_ticks;
   }
   return network;

@@ -52,10 +52,11 @@ struct RecordedSession {
                                            int packet_bytes);
 
 /// The measured links as the network of a prediction: constant delays (steady_ticks, which are no
-/// whole ticks), and the phases of the packet slots.
+/// whole ticks), ages as far off as there, and the phases of the packet slots.
 [[nodiscard]] core::NetworkModel measured_network(const std::vector<MeasuredLink>& links);
 
-/// The measured links packet by packet, for virtual time: `links` must outlive it.
+/// The measured links packet by packet, for virtual time, with the ages as far off: `links` must
+/// outlive it.
 [[nodiscard]] core::NetworkModel replayed_network(const std::vector<MeasuredLink>& links);
 
 }  // namespace tandem::harness

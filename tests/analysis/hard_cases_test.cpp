@@ -1,4 +1,6 @@
 #include <cmath>
+#include <string>
+#include <utility>
 
 #include <gtest/gtest.h>
 
@@ -165,6 +167,47 @@ TEST(HardCases, ExtrapolationIsResampledAndMeasuredWithItsUniformMotionTakenOut)
     }
   const core::Scene scene = edited("axis_distributed", {"reconstruction.kind=EXTRAPOLATE"});
   EXPECT_FALSE(why_not_resampled(scene, round_trip(scene, 7)).empty());
+}
+
+// Ages reckoned too high by e ticks carry a sample on too far, e v T of one in uniform motion. A
+// server's object is then that far ahead of the hand, and no force comes back from it. Replicas,
+// forces at rest with each other: copy 1 at b_1 = b_2 + e_21 v T + k_12 F / k_22 K, where K = k_12
+// + k_o (no k_12 in the split), so hand 2 feels F = -K (e_12 + e_21) v T / (1 + k_12 / k_22):
+// nothing where two clocks are off, e_21 = -e_12.
+TEST(HardCases, ExtrapolationByAgesReckonedWrongIsResampledAndMeasuredAlike) {
+  constexpr int kServer = core::NetworkModel::kServer;
+  const auto reckoned = [](core::NetworkModel& network, double there, double back) {
+    network.link[0][1].age_error_ticks = there;
+    network.link[1][0].age_error_ticks = back;
+    network.link[1][kServer].age_error_ticks = there;
+  };
+  for (const char* name : {"axis_distributed", "axis_distributed_split", "axis_central"})
+    for (const double d : {0.0, 0.375, 2.25})
+      for (const auto& [there, back] :
+           {std::pair{-0.25, 0.125}, {2.5, -2.5}, {-6.0, -1.0}, {-9.0, -1.0}}) {
+        const core::Scene scene = edited(name, {"reconstruction.kind=EXTRAPOLATE"});
+        core::NetworkModel network = round_trip(scene, d);
+        network.link[0][1].delay_ticks += 6.0;
+        network.link[1][0].delay_ticks += 3.0;
+        network.link[1][kServer].delay_ticks = 6.0;
+        reckoned(network, there, back);
+        const Judgement measured = judge(measured_system(scene, network));
+        const LiftedSystem system = resampled_system(scene, network);
+        const std::string about = std::string(name) + " " + std::to_string(d) + " " +
+                                  std::to_string(there) + " " + std::to_string(back);
+        EXPECT_LT(farthest(measured, judge(system)), 1e-10) << about;
+        if (there < -6.0) continue;  // some ages are reckoned as nothing, none as less
+        const bool central = scene.architecture == core::Architecture::kCentral;
+        const auto k = [&](const char* of) {
+          const int c = core::index_of(scene.couplers, of);
+          return c < 0 ? 0.0 : scene.couplers[static_cast<std::size_t>(c)].gain.stiffness;
+        };
+        const double stiffness =
+            central ? 0.0 : (k("k12") + k("ko1")) / (1.0 + k("k12") / k("k22"));
+        EXPECT_NEAR(free_motion(system, system.ports[1]).mean_damping,
+                    -stiffness * (there + back) * scene.tick(), 1e-9)
+            << about;
+      }
 }
 
 // H12: stable, yet a deviation grows tenfold before it dies out; growth is not asked of the first

@@ -1,6 +1,8 @@
 #include "harness/condition.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <set>
@@ -8,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/modelled_port.h"
 #include "core/random.h"
 #include "harness/point_result.h"
 #include "harness/seen_check.h"
@@ -73,6 +76,44 @@ TEST(Condition, OfOneDirectionStaysThere) {
   EXPECT_EQ(network.link[1][0].delay_ticks, 0.0);
   EXPECT_EQ(network.link[kServer][1].delay_ticks, 8.0);  // the returned force
   EXPECT_EQ(network.link[1][kServer].delay_ticks, 0.0);
+}
+
+// Two clocks are set by packets both ways, which cannot tell where the delay is: a sample that took
+// 8 ticks is reckoned half the round trip old, and so is one that took none.
+TEST(Condition, AgesAreReckonedByHalfTheRoundTrip) {
+  core::Scene scene;
+  scene.users.resize(2);
+  FateStore fates;
+  const auto one_sided = modelled_network({{.delay = 1.0 / 128}, {}}, scene, 1, fates);
+  EXPECT_EQ(one_sided.link[0][1].age_error_ticks, -4.0);
+  EXPECT_EQ(one_sided.link[1][0].age_error_ticks, 4.0);
+  const Condition slow{.delay = 0.010, .rate_bit_per_s = 1e6};
+  const auto alike = modelled_network({slow, slow}, scene, 1, fates);
+  EXPECT_EQ(alike.link[0][1].age_error_ticks, 0.0);
+  // The line takes its time for every packet, those that clocks are set by too.
+  Condition fast = slow;
+  fast.rate_bit_per_s = 0.0;
+  const auto rates = modelled_network({slow, fast}, scene, 1, fates);
+  EXPECT_NEAR(rates.link[0][1].age_error_ticks,
+              -0.5 * 8e-6 * packet_bytes(scene) * scene.rates.local_hz, 1e-12);
+}
+
+// The receiver takes a sample for older than it is by the error, and for no younger than nothing.
+TEST(Condition, AModelledPortReckonsAgesAsItsLinkSays) {
+  for (const double error : {0.0, 2.5, -3.25}) {
+    core::LinkModelParameters link;
+    link.delay_ticks = 2.0;
+    link.age_error_ticks = error;
+    core::ModelledPort<int> port(link);
+    port.push(7, 10);
+    EXPECT_EQ(port.receive(11), nullptr);
+    EXPECT_EQ(port.reckoned_age(11), 0.0);  // before the first
+    ASSERT_NE(port.receive(12), nullptr);
+    for (std::int64_t slot = 12; slot < 20; ++slot) {
+      EXPECT_EQ(port.age(slot), slot - 10);
+      EXPECT_EQ(port.reckoned_age(slot), std::max(0.0, static_cast<double>(slot - 10) + error));
+    }
+  }
 }
 
 TEST(Condition, SaysWhatIsWrongWithIt) {

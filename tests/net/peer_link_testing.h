@@ -84,14 +84,17 @@ class ForceLoop {
 
   std::vector<std::vector<PeerSample>> received;  ///< by position in `peers`; read after stop()
   std::uint64_t published = 0;
+  std::uint64_t stalls = 0;  ///< times the computer left out half a packet period or more
 
  private:
   void run(std::int64_t start_ns) {
     core::MonotonicClock clock;
     core::PeriodicSchedule schedule(start_ns, 1024.0);
-    std::int64_t next_packet = 0;
+    std::int64_t next_packet = 0, last_slot = -1;
     while (!stop_) {
       const auto wake = schedule.wait(clock);
+      if (last_slot >= 0 && wake.slot - last_slot > 4) ++stalls;
+      last_slot = wake.slot;
       PeerSample sample;
       for (std::size_t i = 0; i < peers_.size(); ++i)
         if (link_.inbox(peers_[i]).fetch(sample)) received[i].push_back(sample);

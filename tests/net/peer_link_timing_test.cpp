@@ -52,8 +52,9 @@ TEST(PeerLink, AServerAndTwoClientsExchangeEveryPacketAndKnowItsAge) {
        {std::tuple{&server, 0u, &s}, {&server, 1u, &s}, {&one, core::kServerSender, &a}}) {
     const LinkSnapshot t = link->statistics(peer);
     // The last may still be in the outbox. A link thread that got no processor for a whole packet
-    // period would leave one out, newest wins: allowed once, for a busy machine.
-    EXPECT_GE(t.packets_sent + 2, loop->published);
+    // period would leave one out, newest wins: allowed once, for a busy machine, and once a stall,
+    // after which the loop publishes twice in a hurry.
+    EXPECT_GE(t.packets_sent + 2 + loop->stalls, loop->published);
     EXPECT_LE(t.packets_sent, loop->published);
     EXPECT_EQ(t.lost, 0u);
     EXPECT_EQ(t.duplicates, 0u);

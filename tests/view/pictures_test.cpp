@@ -1,6 +1,8 @@
 #include <cmath>
 #include <cstdlib>
 #include <fstream>
+#include <string>
+#include <vector>
 
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
@@ -133,19 +135,28 @@ TEST_F(Pictures, WithoutADisplayAreTheSame) {
 // Two replicas carry the box; a spectator takes a picture on the way. Then the recording is played
 // at the same moment. The recording of replica 1 says where everything was.
 TEST_F(Pictures, OfARunningSessionAndOfItsRecordingShowWhatTheReplicaHad) {
-  const std::string a = free_address(), b = free_address(), file = scratch("carry.h5");
-  Program two(node({"replica", "--scene", "box_distributed", "--user", "2", "--bind", b, "--peer",
-                    "1=" + a, "--seconds", "7", "--quiet"}));
-  Program one(node({"replica", "--scene", "box_distributed", "--user", "1", "--bind", a,
-                    "--seconds", "7", "--record", file, "--quiet"}));
-  ASSERT_TRUE(one.says("user '2' joined")) << one.output();
-  const Shot live = take({"--connect", a, "--seconds", "3.5"});
-  EXPECT_EQ(one.wait(), 0) << one.output();
-  EXPECT_EQ(two.wait(), 0) << two.output();
-
-  recording::RecordingReader reader(file);
-  const auto ticks = reader.ticks(0, reader.tick_count());
-  ASSERT_FALSE(ticks.empty());
+  Shot live;
+  std::string file;
+  std::vector<core::TickRecord> ticks;
+  // A computer that stands still for 40 ms while two hands carry a box may shake it out of place:
+  // once more then, twice at most.
+  for (int attempt = 1; attempt <= 3; ++attempt) {
+    const std::string a = free_address(), b = free_address();
+    file = scratch("carry" + std::to_string(attempt) + ".h5");
+    Program two(node({"replica", "--scene", "box_distributed", "--user", "2", "--bind", b, "--peer",
+                      "1=" + a, "--seconds", "7", "--quiet"}));
+    Program one(node({"replica", "--scene", "box_distributed", "--user", "1", "--bind", a,
+                      "--seconds", "7", "--record", file, "--quiet"}));
+    ASSERT_TRUE(one.says("user '2' joined")) << one.output();
+    live = take({"--connect", a, "--seconds", "3.5"});
+    EXPECT_EQ(one.wait(), 0) << one.output();
+    EXPECT_EQ(two.wait(), 0) << two.output();
+    recording::RecordingReader reader(file);
+    ticks = reader.ticks(0, reader.tick_count());
+    ASSERT_FALSE(ticks.empty());
+    const auto slots = static_cast<std::size_t>(ticks.back().slot - ticks.front().slot) + 1;
+    if (slots - ticks.size() < slots / 500) break;
+  }
   const auto tick_at = [&](double time) {
     std::size_t i = 0;
     while (i + 1 < ticks.size() && static_cast<double>(ticks[i].slot) / 1024.0 < time) ++i;

@@ -81,8 +81,9 @@ void compare(const PointResult& r, Comparisons& count, Say&& say) {
 std::vector<Disagreement> disagreements(const std::vector<PointResult>& results) {
   constexpr double kDragOff = 0.1;  // of the prediction
   // Of what hold has there. Extrapolation makes up for a drag that grows with the age of the
-  // samples; what is left is the error of the ages, which wanders by some hundredths of a tick.
-  constexpr double kHoldDragOff = 0.01;
+  // samples; what is left is the error of the ages, which wanders from tick to tick with the
+  // wake-ups of the force loop, by some hundredths.
+  constexpr double kHoldDragOff = 0.02;
   std::vector<Disagreement> out;
   for (const PointResult& r : results) {
     if (r.failed) continue;

@@ -93,7 +93,7 @@ struct DelayBoundary {
 };
 
 /// A point where measured and predicted are on different sides, not within 10 % of the boundary, or
-/// the drag is off by more than 10 %; with extrapolation by more than that and 1 % of the drag that
+/// the drag is off by more than 10 %; with extrapolation by more than that and 2 % of the drag that
 /// hold has there.
 struct Disagreement {
   /// False: there is no exact prediction. The network has jitter or loss, and stands for a steady

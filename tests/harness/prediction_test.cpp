@@ -119,16 +119,16 @@ TEST(Disagreements, ASessionOfAStalledMachineIsComparedWithNothingAndCounted) {
   EXPECT_EQ(comparisons({r}).with_analysis, 0);
 }
 
-// 0.5 N s/m left of 10: a tenth of what is left; with extrapolation a hundredth of the 10.
-TEST(Disagreements, WhatExtrapolationLeavesIsKnownToAHundredthOfWhatAHoldHas) {
+// 0.5 N s/m left of 10: a tenth of what is left; with extrapolation a fiftieth of the 10.
+TEST(Disagreements, WhatExtrapolationLeavesIsKnownToAFiftiethOfWhatAHoldHas) {
   PointResult r = real_point(1.02, true);
   r.prediction.drag = 0.5;
-  r.measures.drag = 0.59;
+  r.measures.drag = 0.69;
   r.hold_drag = 10.0;
   EXPECT_EQ(disagreements({r}).size(), 1u);
   r.point.scene.reconstruction.kind = core::ReconstructionKind::kExtrapolate;
   EXPECT_TRUE(disagreements({r}).empty());
-  r.measures.drag = 0.61;
+  r.measures.drag = 0.71;
   EXPECT_EQ(disagreements({r}).size(), 1u);
   EXPECT_EQ(comparisons({r}).drags, 1);
   r.measures.drag = kNotMeasured;

@@ -16,6 +16,7 @@
 #include "harness/namespaces.h"
 #include "harness/qdisc_player.h"
 #include "harness/real_sweep.h"
+#include "harness/recorded_session.h"
 #include "harness/session_batches.h"
 #include "scene/load_scene.h"
 
@@ -83,6 +84,27 @@ TEST(QdiscPlayerTest, AnOutageChangesNetemAtItsEdgesOnly) {
   EXPECT_NEAR(changes[1].time, 1.1, 1e-12);  // a sum of two doubles
   EXPECT_NE(changes[0].netem_arguments, changes[1].netem_arguments);
   EXPECT_TRUE(changes_of(Condition{}, 5.0).empty());
+}
+
+TEST(MeasuredNetworkTest, HasTheDelaysThePhasesAndTheAgesOfTheSession) {
+  std::vector<MeasuredLink> links(2);
+  links[0].to = links[1].from = 1;
+  links[0].phase_ticks = 3;
+  links[0].steady_ticks = 5.5;
+  links[1].steady_ticks = 2.0;
+  links[0].age_error_ticks = -1.25;
+  links[1].age_error_ticks = 1.5;
+  links[0].fates = {5.0, -1.0, 6.0};
+  const core::NetworkModel mean = measured_network(links), each = replayed_network(links);
+  EXPECT_EQ(mean.link[0][1].delay_ticks, 5.5);
+  EXPECT_EQ(mean.link[1][0].delay_ticks, 2.0);
+  ASSERT_EQ(each.link[0][1].recorded.size(), 3u);
+  EXPECT_EQ(each.link[0][1].recorded[1], -1.0);
+  for (const core::NetworkModel* network : {&mean, &each}) {
+    EXPECT_EQ(network->phase_ticks[0], 3);
+    EXPECT_EQ(network->link[0][1].age_error_ticks, -1.25);
+    EXPECT_EQ(network->link[1][0].age_error_ticks, 1.5);
+  }
 }
 
 TEST(RealSweepTest, EveryFingerGetsADeviceWithALimitOfItsOwn) {
@@ -257,7 +279,9 @@ TEST_F(RealNetemTest, ProbeSeesWhatWasSetAndSocketsAreWhereAnalysisAndVirtualTim
   const auto& point = out["results"][0];
   ASSERT_EQ(out["failed"], 0) << out.dump(1);
   bool there = false, back = false;
+  double age_errors = 0.0;
   for (const auto& link : point["seen"]) {
+    age_errors += link["age_error_ticks"].get<double>();
     const double p50 = link["delay_p50_s"], sd = link["delay_sd_s"], n = link["sent"],
                  lost = link["lost"];
     if (link["from"] == "1") {
@@ -277,6 +301,8 @@ TEST_F(RealNetemTest, ProbeSeesWhatWasSetAndSocketsAreWhereAnalysisAndVirtualTim
     }
   }
   EXPECT_TRUE(there && back);
+  // What two clocks are off by makes one's ages too high and the other's too low.
+  EXPECT_NEAR(age_errors, 0.0, 0.5);
   EXPECT_EQ(out["conditions_not_as_set"].size(), 0u) << out["conditions_not_as_set"];
   const auto& measured = point["measured"];
   EXPECT_TRUE(point["predicted"]["judged"].get<bool>());

@@ -207,6 +207,36 @@ TEST(VirtualTime, SearchFindsThePredictedLargestCoupling) {
   EXPECT_NEAR(search_largest_coupling(scene, network, 10.0), 256.4799, 0.02 * 256.4799);
 }
 
+// 24 ticks from the server and none to it: the server reckons samples 12 ticks older than they are
+// and carries them on too far. Search and analysis both bear less then, by the same.
+TEST(VirtualTime, SearchAndPredictionKnowWhatAgesReckonedWrongCost) {
+  core::Scene scene = scene::load_scene("axis_central");
+  scene.reconstruction.kind = core::ReconstructionKind::kExtrapolate;
+  FateStore fates;
+  const core::NetworkModel as_nodes =
+      modelled_network({{.delay = 24.0 / 1024}, {}}, scene, 1, fates);
+  const double found = search_largest_coupling(scene, as_nodes, 10.0);
+  EXPECT_NEAR(predicted_coupling(scene, as_nodes), found, 0.02 * found);
+  core::NetworkModel known = as_nodes;
+  for (auto& row : known.link)
+    for (core::LinkModelParameters& link : row) link.age_error_ticks = 0.0;
+  EXPECT_LT(found, 0.97 * predicted_coupling(scene, known));
+}
+
+// The drag that ages leave to extrapolation: -k_o (e_12 + e_21) T between the copies of the split.
+TEST(Prediction, OfDragKeepsHowFarAgesAreOff) {
+  core::Scene scene = scene::load_scene("axis_distributed_split");
+  scene.reconstruction.kind = core::ReconstructionKind::kExtrapolate;
+  core::NetworkModel network;
+  network.link[0][1].delay_ticks = 8.5;  // between ticks, too
+  network.link[1][0].delay_ticks = 4.0;
+  network.link[0][1].age_error_ticks = 1.5;
+  network.link[1][0].age_error_ticks = -2.0;
+  const double expected = 300.0 * 0.5 * scene.tick();
+  EXPECT_NEAR(predicted_drag(scene, network), expected, 1e-9);
+  EXPECT_NEAR(predicted_drag(scene, steady_network(scene, network, 100)), expected, 1e-9);
+}
+
 // Motion of hand 1 leaves with the next packet and then takes the delay: 8 ticks of it more, 8
 // ticks later.
 TEST(VirtualTime, MotionTakesTheDelayToTheOthersForce) {
